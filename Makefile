@@ -10,6 +10,7 @@
 # make test-pages  every look at the dashboard in a browser (minutes); `make test` takes the vital ones
 # make test-blender  the Blender add-on in Blender's own module, bpy (Python 3.11)
 # make serve  the HTTP service at http://127.0.0.1:8000
+# make wheel  the package with its machine code, in out/wheels: who installs it compiles nothing
 # make docker-check  the steps of the container image in an empty folder, without an engine (minutes)
 # make docs   the documentation as a site, in out/site; open out/site/index.html
 # make openapi  write openapi.yaml anew, after a change of the service's routes or schemas
@@ -24,7 +25,7 @@ READY := $(VENV)/.ready
 # What tests and tools load is compiled once, also where the machine is set to keep nothing.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test kernels test-slow test-faults test-cluster mutants test-pages test-blender fuzz check serve docker-check docs openapi bench clean
+.PHONY: demo test kernels test-slow test-faults test-cluster mutants test-pages test-blender fuzz check serve wheel docker-check docs openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -96,6 +97,9 @@ check: $(READY)
 
 serve: $(READY)
 	$(BIN)/occluder serve
+
+wheel: $(READY)
+	$(BIN)/python -m release.wheel out/wheels
 
 docker-check:
 	docker/check.sh

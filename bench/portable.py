@@ -2,12 +2,12 @@
 
     python -m bench.portable [--rounds 3]
 
-The image holds kernels for x86-64-v3, so that no host has to compile (``docker/processor.sh``).
-Here each of the two is compiled into a cache of its own, and processes that load one take turns
-with those that load the other, so that a change of the machine meets both.  ``ratio`` is the median
-of the time for the kind over that for this processor, round by round; ``same`` whether the
-occluders have the same bytes.  ``portable_works.csv`` holds the figures, ``portable.md`` shows
-them.
+Kernels are compiled for kinds of processors (``kernels/compiled/processors.py``): wheels and images
+hold those.  Here they are compiled for this very processor and for each kind that it is of,
+into caches of their own.  Processes that load one take turns with those that load the others, so
+that a change of the machine meets all.  ``ratio`` is the median of the time for the kind over that
+for this processor, round by round; ``same`` whether the occluders have the same bytes.
+``portable_works.csv`` holds the figures, ``portable.md`` shows them.
 """
 
 from __future__ import annotations
@@ -29,40 +29,45 @@ import simplifier
 from bench.machine import ROOT
 from bench.meshes import STAND_INS, load_stand_in, stand_in_named
 from bench.record import Row, told, write_page, write_table
+from simplifier.kernels.compiled.processors import Processor, kinds_here
 
 RESULTS = Path("bench/results")
 MESHES = ("bunny_4968", "dragon_871k", "terrain")
 PRESETS = ("draft", "balanced")
-TARGETS: Mapping[str, Mapping[str, str]] = {
-    "this": {},
-    "kind": {"NUMBA_CPU_NAME": "x86-64-v3", "NUMBA_CPU_FEATURES": ""},
-}
+_OWN = "itself"
 _REPEATS = 3  # of each work in a process, after one that is not counted
 
 
 def portable_rows(rounds: int) -> Iterator[Row]:
-    """A row a mesh and preset."""
+    """A row a mesh, preset and kind."""
+    targets = {_OWN: Processor.own()}
+    targets |= {kind.processor.name: kind.processor for kind in kinds_here() if kind.runs_here()}
     with tempfile.TemporaryDirectory() as place:
-        caches = {target: Path(place) / target for target in TARGETS}
-        for target, cache in caches.items():
-            _run(target, cache, "-m", "simplifier", "warmup")
-        measured: dict[str, list[Mapping[str, Any]]] = {target: [] for target in TARGETS}
+        variables = {
+            name: {**target.variables, "NUMBA_CACHE_DIR": str(Path(place) / name)}
+            for name, target in targets.items()
+        }
+        for one in variables.values():
+            _run(one, "-m", "simplifier", "warmup")
+        measured: dict[str, list[Mapping[str, Any]]] = {name: [] for name in targets}
         for _ in range(rounds):
-            for target, cache in caches.items():
-                told = _run(target, cache, "-m", "bench.portable", "--here")
-                measured[target].append(json.loads(told))
-    for work in measured["this"][0]:
-        this, kind = ([one[work] for one in measured[target]] for target in ("this", "kind"))
-        ratios = [b["seconds"] / a["seconds"] for a, b in zip(this, kind, strict=True)]
-        costs = [b["processor"] / a["processor"] for a, b in zip(this, kind, strict=True)]
-        yield {
-            "work": work, "rounds": rounds,
-            "this_s": statistics.median(one["seconds"] for one in this),
-            "kind_s": statistics.median(one["seconds"] for one in kind),
-            "ratio": statistics.median(ratios), "least": min(ratios), "most": max(ratios),
-            "processor_ratio": statistics.median(costs),
-            "same": len({one["digest"] for one in (*this, *kind)}) == 1,
-        }  # fmt: skip
+            for name, one in variables.items():
+                measured[name].append(json.loads(_run(one, "-m", "bench.portable", "--here")))
+    own = measured.pop(_OWN)
+    for work in own[0]:
+        for name, found in measured.items():
+            pairs = [(one[work], other[work]) for one, other in zip(found, own, strict=True)]
+            ratios = [kind["seconds"] / itself["seconds"] for kind, itself in pairs]
+            yield {
+                "work": work, "kind": name, "rounds": rounds,
+                "itself_s": statistics.median(itself["seconds"] for _, itself in pairs),
+                "kind_s": statistics.median(kind["seconds"] for kind, _ in pairs),
+                "ratio": statistics.median(ratios), "least": min(ratios), "most": max(ratios),
+                "processor_ratio": statistics.median(
+                    kind["processor"] / itself["processor"] for kind, itself in pairs
+                ),
+                "same": len({one["digest"] for pair in pairs for one in pair}) == 1,
+            }  # fmt: skip
 
 
 def measure_here() -> dict[str, dict[str, Any]]:
@@ -89,15 +94,10 @@ def measure_here() -> dict[str, dict[str, Any]]:
     return found
 
 
-def _run(target: str, cache: Path, *arguments: str) -> str:
-    environment = {
-        name: value
-        for name, value in os.environ.items()
-        if name not in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")
-    }
+def _run(variables: Mapping[str, str], *arguments: str) -> str:
     done = subprocess.run(
         [sys.executable, *arguments], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True,
-        env={**environment, "NUMBA_CACHE_DIR": str(cache), **TARGETS[target]},
+        env={**os.environ, **variables},
     )  # fmt: skip
     return done.stdout
 

@@ -4,7 +4,7 @@ Every start is a process of its own, with a kernel cache in an empty folder.  ``
 ``wall_s`` are medians over the repeats, of the process and all that it starts; what compiles or
 takes a minute is run once.  ``work_s`` is the CPU time of the same work done again in a process
 that has done it once, so ``cpu_s - work_s`` is the start.  ``compiled`` counts the files of machine
-code that were written.
+code that were written.  A wheel is made and installed before, which is not counted.
 
 ``ratio`` and ``wall_ratio`` are these times over the CPU time of the reference work in the same run
 (:mod:`bench.reference`).  Writes ``bench/results/start_all.csv`` and ``start.md``.
@@ -16,9 +16,10 @@ import argparse
 import json
 import shutil
 import statistics
+import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,14 +28,19 @@ from bench.meshes import bumpy_sphere, stand_in_named
 from bench.process_tree import run_command
 from bench.record import Row, told, write_page, write_table
 from bench.reference import reference_seconds, remark, with_ratios
+from release.wheel import make_wheel
+from simplifier.kernels.compiled.code_files import kernel_files
+from simplifier.kernels.compiled.processors import kinds_here
 
 RESULTS = Path("bench/results")
 
 _OCCLUDER = (sys.executable, "-m", "simplifier")
+_INSTALLED = (sys.executable, "-P", "-m", "simplifier")  # not from the folder that it is called in
 _LITTLE = (
     "--preset", "draft", "--moves", "8", "--resolution", "16", "--budget", "8", "--views", "4",
     "--image", "32", "--quads", "64",
 )  # fmt: skip
+_WARMUP = "occluder warmup from nothing"
 _CODE_SUFFIXES = (".nbc", ".o")
 _MANY = 100
 _ONE_BY_ONE = """
@@ -57,7 +63,7 @@ print(time.process_time() - begin)
 @dataclass(frozen=True)
 class Start:
     """A command by its title; ``cold`` where no kernel is compiled yet, ``long`` where it is run
-    once, since it takes a minute.
+    once, since it takes a minute, ``wheel`` where it is of a wheel with machine code.
 
     ``work`` are words of ``occluder`` whose second run in a process is the work without the start.
     """
@@ -66,6 +72,7 @@ class Start:
     command: tuple[str, ...]
     cold: bool = False
     long: bool = False
+    wheel: bool = False
     work: tuple[str, ...] = ()
 
 
@@ -79,7 +86,10 @@ def starts(folder: Path) -> Iterator[Start]:
     _save(48, box)
     small = ("simplify", str(box), "-o", output, "--force", *_LITTLE)
     yield Start(f"first occluder simplify, {name}", (*_OCCLUDER, *whole), cold=True)
-    yield Start("occluder warmup from nothing", (*_OCCLUDER, "warmup"), cold=True)
+    yield Start(_WARMUP, (*_OCCLUDER, "warmup"), cold=True)
+    first = (*_INSTALLED, *whole)
+    yield Start(f"first occluder simplify of a wheel, {name}", first, cold=True, wheel=True)
+    yield Start("first occluder warmup of a wheel", (*_INSTALLED, "warmup"), cold=True, wheel=True)
     yield Start(f"occluder simplify, {name}", (*_OCCLUDER, *whole), work=whole)
     yield Start("occluder simplify, 48 triangles", (*_OCCLUDER, *small), work=small)
     meshes = [folder / f"small{number}.ply" for number in range(_MANY)]
@@ -107,14 +117,17 @@ def start_rows(repeats: int, only: str = "") -> Iterator[Row]:
             cache = folder / f"cold{number}" if start.cold else warm
             if not start.cold and not warm.exists():
                 run_command((*_OCCLUDER, "warmup"), {"NUMBA_CACHE_DIR": str(warm)})
-            yield measured(start, cache, 1 if start.cold or start.long else repeats)
-            if "warmup" in start.title:
+            variables = {"NUMBA_CACHE_DIR": str(cache)}
+            if start.wheel:
+                variables["PYTHONPATH"] = str(_installed_wheel(folder))
+            yield measured(start, variables, 1 if start.cold or start.long else repeats)
+            if start.title == _WARMUP:
                 cache.rename(warm)
 
 
-def measured(start: Start, cache: Path, repeats: int) -> Row:
-    """The row of one start with that folder for compiled kernels."""
-    variables = {"NUMBA_CACHE_DIR": str(cache)}
+def measured(start: Start, variables: Mapping[str, str], repeats: int) -> Row:
+    """The row of one start with those variables, of which one names the folder of kernels."""
+    cache = Path(variables["NUMBA_CACHE_DIR"])
     before = _machine_code(cache)
     runs = [run_command(start.command, variables) for _ in range(repeats)]
     row: dict[str, object] = {
@@ -131,6 +144,16 @@ def measured(start: Start, cache: Path, repeats: int) -> Row:
         works = [run_command(again, variables).output.split()[-1] for _ in range(repeats)]
         row["work_s"] = statistics.median(map(float, works))
     return row
+
+
+def _installed_wheel(folder: Path) -> Path:
+    """Where a wheel with machine code is installed, beside all that it needs."""
+    site = folder / "site"
+    if not site.exists():
+        wheel = make_wheel(folder, kernel_files(), kinds_here())
+        pip = (sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--target")
+        subprocess.run([*pip, str(site), str(wheel)], check=True)
+    return site
 
 
 def _bunny(folder: Path) -> tuple[Path, str]:

@@ -1,10 +1,7 @@
 #!/bin/sh
-# Installs the service from a wheel of this source into a folder of its own, and compiles the
-# kernels: install.sh SOURCE PREFIX [EXTRAS].  The image is made by this, and so is docker/check.sh's
-# trial.
-#
-#   PREFIX/env      the virtual environment
-#   PREFIX/kernels  the compiled kernels; the file 'made' in it names what they were made of
+# Installs the service from a wheel of this source into the virtual environment PREFIX/env, and
+# compiles the kernels into it, for each kind of processors: install.sh SOURCE PREFIX [EXTRAS].  The
+# image is made by this, and so is docker/check.sh's trial.
 set -eu
 source=$1 prefix=$2 extras=${3:-service,cluster}
 
@@ -14,9 +11,8 @@ wheel=$(ls "$prefix"/wheels/planar_occluder-*.whl)
 # With bytecode, which takes 170 MB: without it each process that starts compiles all that it imports.
 "$prefix/env/bin/pip" install --quiet -c "$source/constraints.txt" "${wheel}[$extras]"
 
-# All that follows runs outside of the source, whose folders would hide what the wheel holds.
+rm -r "$prefix/wheels"
+
+# Outside of the source, whose folders would hide what the wheel holds.
 cd "$prefix"
-. "$source/docker/processor.sh"
-NUMBA_CACHE_DIR=$prefix/kernels env/bin/occluder warmup
-sha256sum "$wheel" | cut -d ' ' -f 1 > kernels/made
-rm -r wheels
+env/bin/python -m simplifier.kernels.compiled.shipping

@@ -31,7 +31,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 KNOWN = {*OWN, *PROJECT["entry-points"][COMMAND_GROUP]}
 FOLDER = ROOT / "docker" / "kubernetes"
 FILES = sorted(FOLDER.glob("*.yaml"))
-START = ["sh", "/opt/occluder/start.sh"]
+START = ["/opt/occluder/env/bin/occluder"]
 OURS = ("planar-occluder", "planar-occluder-ray")
 QUANTITY = {"Mi": 1 << 20, "Gi": 1 << 30}
 
@@ -107,7 +107,7 @@ COMMANDS = {where: one for where, one in CONTAINERS.items() if one.command}
 
 def test_they_are_all_that_was_asked_for():
     commands = sorted(one.command[0] for one in COMMANDS.values())
-    assert commands == ["dispatch", "migrate", "serve", "warmup", "work"]
+    assert commands == ["dispatch", "migrate", "serve", "work"]
     kinds = {one["kind"] for one in DOCUMENTS.values()}
     assert {"PodDisruptionBudget", "Service", "RayCluster", "Job", "Deployment"} <= kinds
 
@@ -200,7 +200,7 @@ def test_a_container_may_do_little_and_takes_what_it_says(where):
     volumes = {volume["name"] for volume in CONTAINERS[where].pod.get("volumes", [])}
     mounts = {mount["name"]: mount["mountPath"] for mount in one.get("volumeMounts", [])}
     assert mounts.keys() <= volumes
-    if CONTAINERS[where].command:  # start.sh keeps kernels there, and the root is not written to
+    if CONTAINERS[where].command:  # what a job writes, and kernels; the root is not written to
         assert {"/data", "/tmp"} <= set(mounts.values())
 
 

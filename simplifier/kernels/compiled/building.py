@@ -25,11 +25,12 @@ import numpy as np
 from numba.core import codegen
 from numba.core.registry import cpu_target
 
-from simplifier.kernels.compiled.code_files import Processor, write_code
+from simplifier.kernels.compiled.code_files import write_code
 from simplifier.kernels.compiled.kernel import Kernel
 from simplifier.kernels.compiled.loading import ENVIRONMENT, UNPICKLE, packed
 from simplifier.kernels.compiled.lowering import LeanContext, lower_less
 from simplifier.kernels.compiled.numba_types import numba_types
+from simplifier.kernels.compiled.processors import Processor
 
 _PACKAGE = "simplifier.kernels"
 

@@ -15,38 +15,26 @@ import re
 import sys
 import tempfile
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import llvmlite
 import llvmlite.binding as llvm
 
+from simplifier.kernels.compiled.processors import Processor
+
 KERNELS = Path(__file__).parents[1]
+SHIPPED = KERNELS / "machine_code"
+"""What a wheel or an image brings along; a checkout has none."""
 _IMPORT = re.compile(r"^from simplifier\.kernels\.(\w+) import", re.MULTILINE)
 _MADE_BY = ("kernel.py", "building.py", "lowering.py", "intrinsic.py", "erosion.py")
 """Whose changes change the code."""
 
 
-@dataclass(frozen=True)
-class Processor:
-    """What machine code is made for: a name of LLVM's, and features beside what it implies."""
-
-    name: str
-    features: str
-
-    @classmethod
-    def chosen(cls) -> Processor:
-        """The one of ``NUMBA_CPU_NAME`` and ``NUMBA_CPU_FEATURES``, else this very processor."""
-        if name := os.environ.get("NUMBA_CPU_NAME"):
-            return cls(name, os.environ.get("NUMBA_CPU_FEATURES", ""))
-        return cls(llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten())
-
-
 def find_code(name: str) -> Path | None:
     """The machine code of a kernel file for the processor chosen; None if there is none."""
-    path = writable_folder() / code_name(name)
-    return path if path.exists() else None
+    paths = (folder / code_name(name) for folder in (SHIPPED, writable_folder()))
+    return next((path for path in paths if path.exists()), None)
 
 
 def code_name(name: str) -> str:

@@ -8,12 +8,14 @@ from __future__ import annotations
 import importlib
 import json
 import logging
+import os
 import subprocess
 import sys
 import tempfile
 import threading
 from collections.abc import Sequence
 from contextlib import ExitStack, suppress
+from pathlib import Path
 from queue import SimpleQueue
 from typing import IO
 
@@ -25,6 +27,7 @@ from simplifier.kernels.compiled.code_files import (
 )
 from simplifier.kernels.compiled.kernel import Kernel
 from simplifier.kernels.compiled.loading import load_code
+from simplifier.kernels.compiled.processors import Processor
 from simplifier.kernels.compiled.waiting import waiting
 from simplifier.kernels.threads import thread_count
 from simplifier.progress import TellCount, shown_compiling
@@ -70,7 +73,7 @@ def load_files(names: Sequence[str]) -> Sequence[str]:
         try:
             if missing:
                 with shown_compiling() as tell:
-                    build(missing, tell)
+                    build(missing, tell, writable_folder(), Processor.chosen())
             for name in left:
                 _load_file(name)
         except (BuildError, OSError, ValueError, ImportError) as error:
@@ -105,8 +108,8 @@ def _kernels_of(name: str) -> dict[str, Kernel]:
     }
 
 
-def build(names: Sequence[str], tell: TellCount) -> None:
-    """Compile kernel files into the writable folder, on all processors.
+def build(names: Sequence[str], tell: TellCount, folder: Path, target: Processor) -> None:
+    """Compile kernel files for a processor into a folder, on all that are here.
 
     ``tell`` hears from this thread how many are done.  Raises :class:`BuildError`.
     """
@@ -117,7 +120,7 @@ def build(names: Sequence[str], tell: TellCount) -> None:
         # Not a pipe, which fills up while nobody reads.
         said = stack.enter_context(tempfile.TemporaryFile("w+"))
         for _ in range(min(thread_count(), len(jobs))):
-            process = stack.enter_context(_compiler(said))
+            process = stack.enter_context(_compiler(said, folder, target))
             feeder = threading.Thread(target=_feed, args=(process, jobs, answers, said))
             feeder.start()
             stack.callback(feeder.join)
@@ -130,11 +133,14 @@ def build(names: Sequence[str], tell: TellCount) -> None:
         tell(len(names), len(names))
 
 
-def _compiler(said: IO[str]) -> subprocess.Popen[str]:
+def _compiler(said: IO[str], folder: Path, target: Processor) -> subprocess.Popen[str]:
     paths = json.dumps([path for path in sys.path if isinstance(path, str)])
-    command = [sys.executable, "-c", _BUILD, paths, str(writable_folder())]
+    command = [sys.executable, "-c", _BUILD, paths, str(folder)]
     pipe = subprocess.PIPE
-    return subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=said, text=True)
+    return subprocess.Popen(
+        command, stdin=pipe, stdout=pipe, stderr=said, text=True,
+        env={**os.environ, **target.variables},
+    )  # fmt: skip
 
 
 def _feed(

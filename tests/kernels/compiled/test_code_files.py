@@ -17,6 +17,7 @@ def folder(tmp_path, monkeypatch):
         line = f"from simplifier.kernels.{calls} import x\n" if calls else ""
         (kernels / f"{name}.py").write_text(f"{line}# {name}\n")
     monkeypatch.setattr(code_files, "KERNELS", kernels)
+    monkeypatch.setattr(code_files, "SHIPPED", kernels / "machine_code")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "cache"))
     forget()
     yield tmp_path / "cache"
@@ -58,7 +59,20 @@ def test_new_code_takes_the_place_of_old_and_of_what_numba_keeps(folder):
     assert find_code("one").read_bytes() == b"new"
 
 
+def test_code_that_was_brought_along_is_found_until_its_source_changes(folder):
+    write_code(code_files.SHIPPED, "one", b"brought")
+    assert find_code("one").read_bytes() == b"brought"
+    write_code(folder, "other", b"made here")
+    assert find_code("other").read_bytes() == b"made here"
+    change("near")
+    assert find_code("one") is None
+    write_code(folder, "one", b"made here")
+    assert find_code("one").read_bytes() == b"made here"
+
+
 def test_code_for_a_processor_that_is_named_is_found_where_that_is_named(folder, monkeypatch):
+    monkeypatch.setenv("NUMBA_CPU_NAME", "")
+    forget()
     write_code(folder, "one", b"for this one")
     monkeypatch.setenv("NUMBA_CPU_NAME", "x86-64-v3")
     forget()
@@ -75,6 +89,8 @@ def test_code_for_a_processor_that_is_named_is_found_where_that_is_named(folder,
 
 
 def test_another_version_of_numba_or_python_is_another_environment(folder, monkeypatch):
+    monkeypatch.setenv("NUMBA_CPU_NAME", "")  # this very processor
+    forget()
     names = {code_name("one")}
     for place, what in (
         (code_files, "_numba_version"),

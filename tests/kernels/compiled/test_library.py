@@ -9,6 +9,7 @@ import sys
 import pytest
 
 from simplifier.kernels.compiled.library import BuildError, build
+from simplifier.kernels.compiled.processors import Processor
 from simplifier.kernels.compiled.waiting import load_imported
 from tests.acceptance.command import environment
 
@@ -68,16 +69,16 @@ print("numba" in sys.modules)
     assert "is damaged; remove it" in done.stderr
 
 
-def test_a_compiler_that_fails_is_told(monkeypatch):
+def test_a_compiler_that_fails_is_told(tmp_path, monkeypatch):
     load_imported()
     monkeypatch.setattr("simplifier.kernels.compiled.library._BUILD", "import sys; sys.exit('why')")
     told = []
     with pytest.raises(BuildError, match="ears: why"):
-        build(["ears"], lambda done, total: told.append((done, total)))
+        build(["ears"], lambda done, total: told.append((done, total)), tmp_path, Processor.own())
     assert told == [(0, 1)]
 
 
-def test_what_the_listener_raises_ends_the_compilers(monkeypatch):
+def test_what_the_listener_raises_ends_the_compilers(tmp_path, monkeypatch):
     endless = "import time\nwhile True: time.sleep(60)"
     monkeypatch.setattr("simplifier.kernels.compiled.library._BUILD", endless)
 
@@ -85,7 +86,7 @@ def test_what_the_listener_raises_ends_the_compilers(monkeypatch):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        build(["ears", "ply"], tell)
+        build(["ears", "ply"], tell, tmp_path, Processor.own())
 
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="names a processor of that kind")

@@ -1,51 +1,109 @@
-"""For which processors the image's kernels are compiled."""
+"""For which kind of processors machine code is chosen, whatever this processor is."""
 
 from __future__ import annotations
 
-import os
 import platform
 import subprocess
+import sys
 from pathlib import Path
 
+import llvmlite.binding as llvm
 import pytest
 
-from tests.acceptance.command import ROOT
+from simplifier.kernels.compiled.processors import Processor, kinds_here
 
-_NAMES = ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES")
-_V3 = {"avx2", "bmi1", "bmi2", "f16c", "fma", "movbe"}
-
-
-def chosen(**variables):
-    """The two variables after the script, as the environment of what it starts; None if unset."""
-    script = ". docker/processor.sh; exec env"
-    kept = {name: value for name, value in os.environ.items() if name not in _NAMES}
-    done = subprocess.run(
-        ["sh", "-euc", script], cwd=ROOT, env={**kept, **variables}, capture_output=True,
-        text=True, check=True,
-    )  # fmt: skip
-    told = dict(line.split("=", 1) for line in done.stdout.splitlines() if "=" in line)
-    return tuple(told.get(name) for name in _NAMES)
+HASWELL = ["avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "popcnt", "sse4.2"]
+SKYLAKE_X = [*HASWELL, *["avx512bw", "avx512cd", "avx512dq", "avx512f", "avx512vl"]]
+ICE_LAKE = [*SKYLAKE_X, *["avx512bitalg", "avx512vbmi", "avx512vbmi2", "avx512vpopcntdq", "gfni"]]
+LINUX_NAMES = {"bmi": "bmi1", "lzcnt": "abm", "avx512vbmi2": "avx512_vbmi2",
+               "avx512bitalg": "avx512_bitalg", "avx512vpopcntdq": "avx512_vpopcntdq"}  # fmt: skip
+LOADER = Path("/lib64/ld-linux-x86-64.so.2")
 
 
-def is_of_the_kind():
-    cpuinfo = Path("/proc/cpuinfo")
-    if platform.machine() != "x86_64" or not cpuinfo.exists():
-        return False
-    line = next(line for line in cpuinfo.read_text().splitlines() if line.startswith("flags"))
-    return set(line.split()) >= _V3
+class Features(dict):
+    def flatten(self):
+        return ",".join(f"+{name}" for name in self)
 
 
-def test_most_processors_run_what_the_image_holds():
-    assert chosen() == (("x86-64-v3", "") if is_of_the_kind() else (None, None))
+@pytest.fixture
+def machine(monkeypatch):
+    """Pretend to be another machine, with nothing chosen in the environment."""
+    for name in ("NUMBA_CPU_NAME", "NUMBA_CPU_FEATURES"):
+        monkeypatch.delenv(name, raising=False)
+
+    def pretend(architecture, features):
+        monkeypatch.setattr(platform, "machine", lambda: architecture)
+        monkeypatch.setattr(llvm, "get_host_cpu_name", lambda: "itself")
+        monkeypatch.setattr(
+            llvm, "get_host_cpu_features", lambda: Features.fromkeys(features, True)
+        )
+
+    return pretend
 
 
 @pytest.mark.parametrize(
-    ("given", "found"),
+    ("architecture", "features", "name"),
     [
-        ({"NUMBA_CPU_NAME": "znver3", "NUMBA_CPU_FEATURES": "+avx2"}, ("znver3", "+avx2")),
-        ({"NUMBA_CPU_NAME": "", "NUMBA_CPU_FEATURES": ""}, (None, None)),
-        ({"NUMBA_CPU_NAME": ""}, (None, None)),
+        ("x86_64", ICE_LAKE, "x86-64-v4"),
+        ("AMD64", ICE_LAKE, "x86-64-v4"),  # as Windows says
+        ("x86_64", SKYLAKE_X, "x86-64-v3"),  # it does not count bits by the register
+        ("x86_64", HASWELL, "x86-64-v3"),
+        ("x86_64", HASWELL[:1], "itself"),
+        ("arm64", ["neon"], "generic"),
+        ("aarch64", ["neon"], "generic"),
+        ("riscv64", ["v"], "itself"),
     ],
 )
-def test_whoever_says_otherwise_is_obeyed(given, found):
-    assert chosen(**given) == found
+def test_the_best_kind_that_the_processor_is_of(machine, architecture, features, name):
+    machine(architecture, features)
+    assert Processor.chosen().name == name
+
+
+def test_whoever_says_otherwise_is_obeyed(machine, monkeypatch):
+    machine("x86_64", HASWELL)
+    monkeypatch.setenv("NUMBA_CPU_NAME", "znver3")
+    assert Processor.chosen() == Processor("znver3")
+    monkeypatch.setenv("NUMBA_CPU_FEATURES", "+avx2")
+    assert Processor.chosen() == Processor("znver3", "+avx2")
+    monkeypatch.setenv("NUMBA_CPU_NAME", "")
+    assert Processor.chosen() == Processor("itself", Features.fromkeys(HASWELL).flatten())
+
+
+def test_a_process_with_its_variables_chooses_it(machine, monkeypatch):
+    machine("x86_64", HASWELL)
+    for one in (*kinds_here(), Processor.own()):
+        processor = getattr(one, "processor", one)
+        with monkeypatch.context() as patched:
+            for name, value in processor.variables.items():
+                patched.setenv(name, value)
+            assert Processor.chosen() == processor
+
+
+def test_llvm_knows_their_names_and_features():
+    known = llvm.get_host_cpu_features().keys()
+    for kind in kinds_here():
+        assert kind.features <= known
+    # LLVM prints what it does not know, and goes on.
+    code = """
+import llvmlite.binding as llvm
+from simplifier.kernels.compiled.processors import kinds_here
+llvm.initialize_native_target()
+target = llvm.Target.from_default_triple()
+for kind in kinds_here():
+    one = kind.processor
+    target.create_target_machine(cpu=one.name, features=one.features)
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr == ""
+
+
+@pytest.mark.skipif(not LOADER.exists(), reason="asks the loader of Linux on x86-64")
+def test_this_processor_is_of_the_kinds_that_linux_says():
+    told = subprocess.run([LOADER, "--help"], capture_output=True, text=True, check=True).stdout
+    assert kinds_here()[-1].runs_here() == ("x86-64-v3 (supported" in told)
+    (flags,) = {
+        line for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("flags")
+    }
+    for kind in kinds_here():
+        names = {LINUX_NAMES.get(name, name) for name in kind.features}
+        assert kind.runs_here() == (names <= set(flags.split()))

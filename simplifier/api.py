@@ -197,7 +197,7 @@ def simplify_scene(
     from simplifier.hierarchy.scene_file import (
         load_occluder_tree,
         occluder_store,
-        read_summaries,
+        read_earlier,
         write_manifest,
     )
     from simplifier.io.scene_writer import write_scene
@@ -211,8 +211,9 @@ def simplify_scene(
     store = occluder_store(place)
     with pool_named(pool) as shared:
         build = build_occluders(
-            scene, chosen, store, read_summaries(place), tell, cancel, chosen.memory_limit, shared
-        )
+            scene, chosen, store, read_earlier(place).summaries, tell, cancel,
+            chosen.memory_limit, shared,
+        )  # fmt: skip
     write_manifest(place, scene, chosen, build)
     tree = load_occluder_tree(place)
     write_packed(place, tree)

@@ -10,6 +10,7 @@ import json
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from types import MappingProxyType
@@ -21,6 +22,7 @@ from simplifier.builds.making import mesh_stamp
 from simplifier.builds.record import Digests
 from simplifier.errors import OccluderError
 from simplifier.io.files import make_folder, write_whole
+from simplifier.kernels.threads import thread_count
 from simplifier.options.fields import OptionSet
 from simplifier.version import VERSION
 
@@ -70,7 +72,7 @@ class Making:
         """Remember what was made, and what to tell of it: JSON."""
         kept = {
             "asked": self.asked,
-            "files": _digests(map(str, map(Path.resolve, files))),
+            "files": _digests(_resolved(files)),
             "report": report,
         }
         with suppress(OSError, OccluderError):
@@ -85,8 +87,14 @@ class Making:
 
 
 def _digests(files: Iterable[str]) -> dict[str, str | None]:
-    digests = Digests()
-    return {file: digests.of(Path(file)) for file in files}
+    found = Digests().all_of(map(Path, files), thread_count())
+    return {str(file): digest for file, digest in found.items()}
+
+
+def _resolved(files: Iterable[Path]) -> list[str]:
+    """Each by the path of its folder, looked up once: a scene has thousands of files in one."""
+    folder = cache(Path.resolve)
+    return [str(folder(file.parent) / file.name) for file in files]
 
 
 def _forget_oldest(folder: Path) -> None:

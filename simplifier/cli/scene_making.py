@@ -27,7 +27,7 @@ from simplifier.hierarchy.scene_file import (
     load_occluder_tree,
     occluder_store,
     outline_of,
-    read_summaries,
+    read_earlier,
     write_manifest,
 )
 from simplifier.io.camera_path import load_camera_path
@@ -67,14 +67,14 @@ def make_scene(
     given = None if path is None else load_camera_path(path)
     read = load_scene(source, transparent=transparent, memory_limit=options.memory_limit)
     make_folder(output)  # a scene that cannot be read leaves nothing behind
-    store = occluder_store(output)
+    store, earlier = occluder_store(output), read_earlier(output)
     with listening.deferred() as cancel, count_bar("occluders") as tell:
         build = build_occluders(
-            read, options, store, read_summaries(output), tell, cancel, options.memory_limit,
+            read, options, store, earlier.summaries, tell, cancel, options.memory_limit,
             pool, print_progress,
         )  # fmt: skip
     with listening.held():
-        known = known_meshes(output)  # before there is another manifest
+        known = known_meshes(output, earlier.keys)  # before there is another manifest
         write_manifest(output, read, options, build)
         data = current_packed(output) or _write_tree(output, read, options, build, known)
         if options.preview:

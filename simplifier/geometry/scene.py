@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,11 +57,15 @@ class Scene:
         return counts[self.mesh_of]
 
     def bounds(self) -> FloatArray:
-        """(n, 2, 3) lowest and highest corner of each object's box, world units.
+        """(n, 2, 3) lowest and highest corner of each object's box, world units; read-only.
 
         The boxes hold the transformed triangles tightly, to rounding: what is transformed of a mesh
         with many instances is its convex hull.
         """
+        return self._bounds
+
+    @cached_property
+    def _bounds(self) -> FloatArray:
         result = np.empty((len(self), 2, 3))
         for mesh, objects in self._instances():
             points = mesh.vertices
@@ -72,7 +77,9 @@ class Scene:
                 # Points last: reductions along the short axis would take ten times as long.
                 moved = self.transforms[some, :3, :3] @ points.T
                 result[some, 0], result[some, 1] = moved.min(axis=2), moved.max(axis=2)
-        return np.asarray(result + self.transforms[:, None, :3, 3])
+        result += self.transforms[:, None, :3, 3]
+        result.setflags(write=False)
+        return result
 
     def some(self, kept: NDArray[np.bool_]) -> Scene:
         """The objects of a mask (n,); meshes that none of them has stay."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +11,7 @@ from simplifier.errors import OutputError, SceneError
 from simplifier.geometry.packed_tree import PackedTree
 from simplifier.hierarchy.occluder_tree import NodeTree, OccluderTree
 from simplifier.hierarchy.packing import WeldedMesh, pack_meshes
-from simplifier.hierarchy.scene_file import SCENE_FILE, read_keys
+from simplifier.hierarchy.scene_file import SCENE_FILE
 from simplifier.io.files import read_bytes, write_whole
 from simplifier.io.occs_file import decode_occs, encode_occs
 
@@ -34,13 +34,13 @@ def current_packed(folder: Path) -> bytes | None:
     return data if current else None
 
 
-def known_meshes(folder: Path) -> dict[str, WeldedMesh]:
+def known_meshes(folder: Path, keys: Sequence[str]) -> dict[str, WeldedMesh]:
     """Occluders as ``scene.occs`` has them, by key; none where it is not of the ``scene.json``
-    there."""
+    there, whose nodes have occluders of those ``keys``."""
     data = current_packed(folder)
     if data is None:
         return {}
-    packed, keys = decode_occs(data, PACKED_FILE), read_keys(folder)
+    packed = decode_occs(data, PACKED_FILE)
     if len(packed.meshes) != len(keys):
         return {}
     return {key: WeldedMesh.packed(packed, index) for index, key in enumerate(keys)}

@@ -14,7 +14,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -64,7 +64,7 @@ def write_manifest(folder: Path, scene: Scene, options: SceneOptions, build: Bui
         "objects": list(scene.names),
         "nodes": _nodes(build),
         "occluders": {
-            key: {"file": f"{FOLDER}/{key}.glb", **asdict(summary)}
+            key: {"file": f"{FOLDER}/{key}.glb", **vars(summary)}
             for key, summary in sorted(build.summaries.items())
         },
         "warnings": [*scene.warnings, *build.warnings],
@@ -97,23 +97,26 @@ def _nodes(build: Build) -> list[dict[str, Any]]:
     return nodes
 
 
-def read_summaries(folder: Path) -> dict[str, Summary]:
-    """Of the occluders of an earlier build; none where there is no such build or it is damaged."""
-    try:
-        return summaries_of(value_of(_document(folder), "occluders", SCENE_FILE))
-    except (SceneError, *DAMAGE):
-        return {}
+@dataclass(frozen=True)
+class Earlier:
+    """What an earlier build says of its occluders, by key; ``keys`` are those that nodes have,
+    ascending."""
+
+    summaries: Mapping[str, Summary]
+    keys: Sequence[str]
 
 
-def read_keys(folder: Path) -> list[str]:
-    """Of the occluders that nodes of an earlier build have, ascending; none as
-    :func:`read_summaries`."""
+def read_earlier(folder: Path) -> Earlier:
+    """Nothing where there is no such build or it is damaged."""
+    summaries: Mapping[str, Summary] = {}
     try:
         document = _document(folder)
-        rows = rows_of(value_of(document, "nodes", SCENE_FILE))
-        return keys_of(rows, summaries_of(value_of(document, "occluders", SCENE_FILE)))
+        summaries = summaries_of(value_of(document, "occluders", SCENE_FILE))
+        return Earlier(
+            summaries, keys_of(rows_of(value_of(document, "nodes", SCENE_FILE)), summaries)
+        )
     except (SceneError, *DAMAGE):
-        return []
+        return Earlier(summaries, ())
 
 
 def outline_of(scene: Scene, options: SceneOptions, build: Build) -> tuple[TreeOutline, list[str]]:

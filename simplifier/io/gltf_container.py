@@ -194,6 +194,8 @@ class JsonObject:
     def integers(self, key: str) -> list[int]:
         """An array of whole numbers from 0 on; empty when absent."""
         values = self._array(key)
+        if not values:
+            return []
         view = JsonObject({str(i): value for i, value in enumerate(values)}, f"{self.where}.{key}")
         return [view.integer(str(i)) for i in range(len(values))]
 

@@ -15,7 +15,10 @@ def level_ids(root: JsonObject) -> dict[int, list[int]]:
     """
     levels = {}
     for index in range(root.count("nodes")):
-        extension = root.item("nodes", index).child("extensions").child(EXTENSION)
+        node = root.item("nodes", index)
+        if not node.has("extensions"):
+            continue  # nearly always, and a scene has many nodes
+        extension = node.child("extensions").child(EXTENSION)
         if extension.has("ids"):
             levels[index] = extension.integers("ids")
     for index, ids in levels.items():

@@ -188,6 +188,8 @@ def _standing(nodes: Nodes, root: JsonObject) -> list[int]:
 
 def _count_claimed(node: JsonObject, root: JsonObject) -> int:
     """Instances of a node's mesh, as the file says."""
+    if not node.has("extensions"):
+        return 1  # nearly always, and a scene has many nodes
     attributes = _instancing(node)
     claims = [
         root.item("accessors", attributes.integer(name)).integer("count")

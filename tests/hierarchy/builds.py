@@ -7,14 +7,15 @@ import sys
 from pathlib import Path
 
 from simplifier.hierarchy.scene_build import build_occluders
-from simplifier.hierarchy.scene_file import occluder_store, read_summaries, write_manifest
+from simplifier.hierarchy.scene_file import occluder_store, read_earlier, write_manifest
 from simplifier.options.scene import SceneOptions
 from tests.hierarchy.scenes import QUICK, street
 
 
 def built(scene, folder, options=QUICK, **more):
     """As the command line does it: the build, with everything written."""
-    build = build_occluders(scene, options, occluder_store(folder), read_summaries(folder), **more)
+    known = read_earlier(folder).summaries
+    build = build_occluders(scene, options, occluder_store(folder), known, **more)
     write_manifest(folder, scene, options, build)
     return build
 

@@ -17,7 +17,7 @@ from simplifier.hierarchy.packed_file import (
     write_packed,
 )
 from simplifier.hierarchy.packing import pack_tree
-from simplifier.hierarchy.scene_file import load_occluder_tree, outline_of
+from simplifier.hierarchy.scene_file import load_occluder_tree, outline_of, read_earlier
 from simplifier.io.occs_file import load_packed_tree
 from tests.hierarchy.builds import built
 from tests.hierarchy.scenes import QUICK, moved, street, with_object
@@ -80,10 +80,14 @@ def test_what_is_built_is_not_read_again(tmp_path, options):
     assert np.array_equal(outline.errors(), tree.errors())
 
 
+def known_in(folder):
+    return known_meshes(folder, read_earlier(folder).keys)
+
+
 def test_what_is_kept_is_taken_from_the_file_before(tmp_path):
     first, second, build = rewritten(street(4), tmp_path, {})
     assert first == second
-    known = known_meshes(tmp_path)
+    known = known_in(tmp_path)
     assert set(known) == {key for node in build.keys for key in (node.far, node.near) if key}
     first, second, build = rewritten(
         with_object(street(4), 1, transform=moved(40.0)), tmp_path, known
@@ -94,13 +98,13 @@ def test_what_is_kept_is_taken_from_the_file_before(tmp_path):
 
 
 def test_nothing_is_taken_from_a_file_that_is_not_of_the_manifest(tmp_path):
-    assert known_meshes(tmp_path) == {}
+    assert known_in(tmp_path) == {}
     built(street(4), tmp_path)
-    assert known_meshes(tmp_path) == {}
+    assert known_in(tmp_path) == {}
     data = write_packed(tmp_path, load_occluder_tree(tmp_path))
     (tmp_path / PACKED_FILE).write_bytes(data[:-1])
-    assert known_meshes(tmp_path) == {}
+    assert known_in(tmp_path) == {}
     (tmp_path / PACKED_FILE).write_bytes(data)
-    assert known_meshes(tmp_path)
+    assert known_in(tmp_path)
     (tmp_path / "scene.json").write_bytes(b"{}")
-    assert known_meshes(tmp_path) == {}
+    assert known_in(tmp_path) == {}

@@ -13,7 +13,7 @@ from jsonschema import Draft202012Validator
 from simplifier.errors import SceneError
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import FAR, NEAR
-from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store, read_summaries
+from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store, read_earlier
 from tests.hierarchy.builds import built, files
 from tests.hierarchy.scenes import QUICK, fine_box, moved, scene_of, street, turned
 
@@ -136,7 +136,7 @@ def test_a_scene_of_one_object(tmp_path):
 
 def test_summaries_come_back(whole):
     folder, build, _ = whole
-    assert read_summaries(folder) == build.summaries
+    assert read_earlier(folder).summaries == build.summaries
 
 
 # What to change, where, and what the message has to say of it.
@@ -210,7 +210,7 @@ def test_damage_is_named(folder, path, value, said):
     assert said in caught.value.what
     assert "build the scene" in caught.value.remedy
     if said != "" and value is not MISSING and "schema version" not in said:
-        read_summaries(folder)  # raises nothing
+        read_earlier(folder)  # raises nothing
 
 
 @pytest.mark.parametrize(
@@ -230,7 +230,7 @@ def test_damaged_summaries(folder, name, value):
     )
     with pytest.raises(SceneError, match=key):
         load_occluder_tree(folder)
-    assert read_summaries(folder) == {}
+    assert read_earlier(folder).summaries == {}
 
 
 @pytest.mark.parametrize(
@@ -243,7 +243,7 @@ def test_keys_that_lead_elsewhere(folder, key):
     (folder / "scene.json").write_text(text)
     with pytest.raises(SceneError, match="not a key"):
         load_occluder_tree(folder)
-    assert read_summaries(folder) == {}
+    assert read_earlier(folder).summaries == {}
 
 
 def test_cycles_and_shared_children(folder):
@@ -269,7 +269,7 @@ def test_what_is_no_manifest(folder, data):
     (folder / "scene.json").write_bytes(data)
     with pytest.raises(SceneError, match=r"scene\.json"):
         load_occluder_tree(folder)
-    assert read_summaries(folder) == {}
+    assert read_earlier(folder).summaries == {}
 
 
 def test_every_truncation_is_refused(folder):
@@ -278,7 +278,7 @@ def test_every_truncation_is_refused(folder):
         (folder / "scene.json").write_bytes(data[:end])
         with pytest.raises(SceneError, match="not JSON"):
             load_occluder_tree(folder)
-        assert read_summaries(folder) == {}
+        assert read_earlier(folder).summaries == {}
 
 
 def test_occluders_that_are_missing_or_changed(folder):
@@ -299,7 +299,7 @@ def test_occluders_that_are_missing_or_changed(folder):
 def test_no_build_and_nothing_made_by_looking_for_one(tmp_path):
     with pytest.raises(SceneError, match="there is no scene"):
         load_occluder_tree(tmp_path)
-    assert read_summaries(tmp_path) == {}
+    assert read_earlier(tmp_path).summaries == {}
     assert list(tmp_path.iterdir()) == []
 
 
@@ -310,4 +310,4 @@ def test_keys_of_a_later_version_are_left_alone(folder):
     document["occluders"][min(document["occluders"])]["colour"] = "red"
     (folder / "scene.json").write_text(json.dumps(document))
     assert load_occluder_tree(folder).options == QUICK
-    assert read_summaries(folder)
+    assert read_earlier(folder).summaries

@@ -13,7 +13,7 @@ from simplifier.culling.culler import Culler
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
 from simplifier.geometry.camera import Camera
 from simplifier.hierarchy.occluder_tree import OccluderTree
-from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store, read_summaries
+from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store, read_earlier
 from tests.fuzz.promises import promise
 from tests.fuzz.promises.mesh_files import check_occluder
 
@@ -27,7 +27,7 @@ def check_manifest(data: bytes, folder: Path) -> None:
     """``data`` in place of scene.json; raises ``OccluderError`` where that is refused."""
     place = _copy(folder / "manifest")
     (place / "scene.json").write_bytes(data)
-    read_summaries(place)  # never raises: a damaged manifest is no manifest
+    read_earlier(place)  # never raises: a damaged manifest is no manifest
     check_tree(load_occluder_tree(place))
 
 

@@ -47,6 +47,32 @@ def check_bound(mesh, result):
     assert 0.0 < result.occluder.error_bound <= ERROR_VOXELS * result.solid.filled.cell_size
 
 
+def hills():
+    """An open sheet of 3,200 triangles, of which planar sections show next to nothing."""
+    x, y = np.meshgrid(*[np.linspace(0.0, 1.0, 41)] * 2, indexing="ij")
+    z = 0.06 * (np.sin(7.0 * x + 2.0 * y) + np.sin(9.0 * y - 4.0 * x) + 0.4 * np.cos(23.0 * x * y))
+    low = (np.arange(40)[:, None] * 41 + np.arange(40)).ravel()
+    squares = np.stack([low, low + 41, low + 42, low + 1], axis=1)
+    faces = np.concatenate([squares[:, [0, 1, 2]], squares[:, [0, 2, 3]]])
+    return TriangleMesh(np.stack([x, y, z], axis=-1).reshape(-1, 3), faces.astype(np.int32, "C"))
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"preset": "draft", "budget": 64},
+        {"preset": "draft", "budget": 256},
+        {"time_limit": 2.0, "budget": 256},
+    ],
+    ids=str,
+)
+def test_hills_in_a_hurry_are_hidden_by_their_surface(how):
+    """A draft began with sections alone and hid 2 to 20 %, of some hills less by more triangles."""
+    precision, recall, _ = judged(hills(), up="z", ground=True, **how)
+    assert precision >= 0.99
+    assert recall >= 0.8
+
+
 @pytest.mark.parametrize(
     ("mesh", "budget", "least"),
     [

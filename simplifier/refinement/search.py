@@ -87,6 +87,16 @@ def refine(
     return [search.result() for search in searches]
 
 
+def hidden_share(
+    triangles: FloatArray, room: Room, views: RefineViews, options: RefineOptions
+) -> float:
+    """The score of triangles (m, 3, 3) as a search begins, as a share of the original's own."""
+    drawn = pull_into(triangles, room)
+    if len(drawn) == 0:
+        return 0.0
+    return Annealing(drawn, room, views, Bargain(options, views, None, room).prices, 0).measure
+
+
 def _begin_searches(
     soups: Sequence[FloatArray],
     count: int,

@@ -22,7 +22,7 @@ from simplifier.progress import Best, Deadline, Stopwatch, silent
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
-from simplifier.refinement.search import Stop, pull_into, refine
+from simplifier.refinement.search import Stop, hidden_share, pull_into, refine
 from simplifier.refinement.second_search import (
     PART,
     is_doubtful,
@@ -47,6 +47,8 @@ _LARGER = 0.75  # of the time, until the quarter's turn
 _CHANCE = 0.01  # of recall, between two views of the same
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and second end
+_LITTLE = 0.1  # of the original's score: planar sections of hills have less, others far more
+_SHEET = 0.01  # of the solid: what a sheet may enclose
 _TINY = 1e-9
 _FEW_FINE_VIEWS = 6  # where a time limit is short
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
@@ -170,7 +172,12 @@ def _moved(
 
     if aims.front < 1.0:
         views = replace(views, depths=depths(views.projections, SIZE).rows_of_search())
-    several = aims.decimated and deadline.left > _SEVERAL_SECONDS
+    in_time = deadline.left > _SEVERAL_SECONDS
+    decimated = (aims.decimated and in_time) or (
+        solid.enclosed_fraction < _SHEET
+        and hidden_share(start + margin, room, views, aims) < _LITTLE
+    )
+    several = decimated and in_time
     outlines = None
     follows = aims.overhang < 1.0 or aims.front < 1.0
     if solid.reach > 0 and (several or (follows and not deadline.limited)):
@@ -185,8 +192,8 @@ def _moved(
         return Judge(pictures, aims.precision, aims.overhang, front=aims.front)
 
     run = _Run(
-        start + margin, mesh, solid, room, options, views, outlines, judge, several, deadline, tell,
-        lambda: watch.cancelled,
+        start + margin, mesh, solid, room, options, views, outlines, judge, decimated, several,
+        deadline, tell, lambda: watch.cancelled,
     )  # fmt: skip
     found = _never_worse(run, options.selection.budget, 0.0, 1.0)
     return replace(found, triangles=found.triangles - margin)
@@ -198,7 +205,8 @@ class _Run:
 
     ``start``    (m, 3, 3) planar sections, in the room's place.
     ``room``     as wide as the error bound lets it be.
-    ``several``  whether there is time for more than one start.
+    ``decimated``  whether searches begin from decimated surfaces, too.
+    ``several``  whether there is time for all that these may call for.
     """
 
     start: FloatArray
@@ -209,6 +217,7 @@ class _Run:
     views: RefineViews
     outlines: Outlines | None
     make_judge: Callable[[], Judge]
+    decimated: bool
     several: bool
     deadline: Deadline
     tell: Callable[[float, float], Stop]
@@ -257,7 +266,7 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
     aims, seed, views, deadline = run.options.refine, run.options.seed, run.views, run.deadline
     room = narrowed_room(run.room, views, aims.overhang, budget)
     starts = [pull_into(run.start, room)]
-    if run.several:
+    if run.decimated:
         starts += _decimated_starts(run.mesh, run.solid, budget, room)
     judged = run.several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
     first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))

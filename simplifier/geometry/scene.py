@@ -57,12 +57,12 @@ class Scene:
         return counts[self.mesh_of]
 
     def bounds(self) -> FloatArray:
-        """(n, 2, 3) lowest and highest corner of each object's box, world units; read-only.
+        """(n, 2, 3) lowest and highest corner of each object's box, world units.
 
         The boxes hold the transformed triangles tightly, to rounding: what is transformed of a mesh
         with many instances is its convex hull.
         """
-        return self._bounds
+        return self._bounds.copy()
 
     @cached_property
     def _bounds(self) -> FloatArray:
@@ -77,9 +77,7 @@ class Scene:
                 # Points last: reductions along the short axis would take ten times as long.
                 moved = self.transforms[some, :3, :3] @ points.T
                 result[some, 0], result[some, 1] = moved.min(axis=2), moved.max(axis=2)
-        result += self.transforms[:, None, :3, 3]
-        result.setflags(write=False)
-        return result
+        return np.asarray(result + self.transforms[:, None, :3, 3])
 
     def some(self, kept: NDArray[np.bool_]) -> Scene:
         """The objects of a mask (n,); meshes that none of them has stay."""

@@ -73,6 +73,12 @@ def test_bounds_of_tiny_and_huge_meshes(scale):
     np.testing.assert_allclose(scene.bounds() / scale, plain_bounds(scene) / scale, atol=1e-13)
 
 
+def test_bounds_are_the_callers_own():
+    scene = Scene.of(box())
+    scene.bounds()[:] = 7.0
+    assert scene.bounds().tolist() == [[[0.0] * 3, [1.0] * 3]]
+
+
 def test_bounds_when_a_mesh_is_not_used_or_no_object_is_left():
     transforms = placed(np.random.default_rng(2), 2)
     scene = scene_of(MESHES, [3, 1], transforms)

@@ -2,10 +2,10 @@
 
     python -m bench.portable [--rounds 3]
 
-Kernels are compiled for kinds of processors (``kernels/compiled/processors.py``): wheels and images
-hold those.  Here they are compiled for this very processor and for each kind that it is of,
-into caches of their own.  Processes that load one take turns with those that load the others, so
-that a change of the machine meets all.  ``ratio`` is the median of the time for the kind over that
+Wheels and images hold kernels for kinds of processors (``kernels/compiled/processors.py``).  Here
+they are compiled for this very processor, and for each kind that it is of, into caches of their
+own.  Processes that load one take turns with those that load the others, so that a change of the
+machine meets all.  ``ratio`` is the median of the time for the kind over that
 for this processor, round by round; ``same`` whether the occluders have the same bytes.
 ``portable_works.csv`` holds the figures, ``portable.md`` shows them.
 """

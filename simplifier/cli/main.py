@@ -140,6 +140,7 @@ class Commands(TyperGroup):
         self._listed = False
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Without any, the help, which click would hand on as the text of an error."""
         if not args and not ctx.resilient_parsing:
             typer.echo(ctx.get_help())
             raise typer.Exit(2)
@@ -153,7 +154,7 @@ class Commands(TyperGroup):
         super().format_help(ctx, formatter)
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Each with the whole of its first sentence, which click would cut at the first line."""
+        """Each with the whole of its first paragraph, which click would cut at the first line."""
         listed = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
         with formatter.section("Commands"):
             formatter.write_dl(

@@ -258,7 +258,7 @@ def _read_points(buffers: Buffers, primitive: JsonObject) -> FloatArray:
     index = primitive.child("attributes").integer("POSITION")
     draco = "KHR_draco_mesh_compression"
     # With a fallback, the accessors hold the same geometry uncompressed.
-    if primitive.child("extensions").has(draco):
+    if primitive.has_extension(draco):
         accessor = buffers.document.root.item("accessors", index)
         if not accessor.has("bufferView"):
             raise compressed(primitive, draco)

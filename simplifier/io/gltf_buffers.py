@@ -65,7 +65,7 @@ class Buffers:
             data = self.document.binary
         else:
             for extension in ("EXT_meshopt_compression", "KHR_meshopt_compression"):
-                if view.child("extensions").has(extension):
+                if view.has_extension(extension):
                     raise compressed(view, extension)
             raise buffer.fail("has neither data nor the name of a file", "export it again")
         if len(data) < length:

@@ -182,6 +182,10 @@ class JsonObject:
     def has(self, key: str) -> bool:
         return self.members.get(key) is not None
 
+    def has_extension(self, name: str) -> bool:
+        """Whether this object has the glTF extension of that name; nearly none has any."""
+        return self.has("extensions") and self.child("extensions").has(name)
+
     def integer(self, key: str, default: int | None = None) -> int:
         """A whole number from 0 on; ``default`` when absent, an error when that is None."""
         value = self.members.get(key, default)

@@ -16,11 +16,10 @@ def level_ids(root: JsonObject) -> dict[int, list[int]]:
     levels = {}
     for index in range(root.count("nodes")):
         node = root.item("nodes", index)
-        if not node.has("extensions"):
-            continue  # nearly always, and a scene has many nodes
-        extension = node.child("extensions").child(EXTENSION)
-        if extension.has("ids"):
-            levels[index] = extension.integers("ids")
+        if node.has_extension(EXTENSION):
+            extension = node.child("extensions").child(EXTENSION)
+            if extension.has("ids"):
+                levels[index] = extension.integers("ids")
     for index, ids in levels.items():
         node = root.item("nodes", index)
         for one in ids:

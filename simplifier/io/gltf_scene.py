@@ -99,7 +99,7 @@ def instances_of(buffers: Buffers, nodes: Nodes, world: FloatArray) -> Instances
     for place in _standing(nodes, root):
         node, own = nodes.nodes[place], world[place : place + 1]
         mesh = node.integer("mesh")
-        if node.child("extensions").has(_INSTANCING):
+        if node.has_extension(_INSTANCING):
             with np.errstate(invalid="ignore", over="ignore"):
                 own = own @ _instance_transforms(buffers, node)
         name = _name(node) or mesh_name(root, mesh) or f"node {nodes.indices[place]}"
@@ -188,8 +188,8 @@ def _standing(nodes: Nodes, root: JsonObject) -> list[int]:
 
 def _count_claimed(node: JsonObject, root: JsonObject) -> int:
     """Instances of a node's mesh, as the file says."""
-    if not node.has("extensions"):
-        return 1  # nearly always, and a scene has many nodes
+    if not node.has_extension(_INSTANCING):
+        return 1
     attributes = _instancing(node)
     claims = [
         root.item("accessors", attributes.integer(name)).integer("count")

@@ -9,6 +9,10 @@ A closed mesh is covered by what faces the viewer where it is covered at all; an
 what faces away, counted likewise.  Triangles so near to edge-on that rounding could turn them are
 drawn one by one.  Where a contour's vertex is so near to a pixel's centre that rounding could take
 its two edges for each other, the view is drawn triangle by triangle.
+
+Vertices, triangles and edges lie along a curve through space, so what is looked at together is
+near at hand.  Edges are read once for some views; what they count is listed by view and summed up
+one view after the other, since the sums of many views would not fit in a cache.
 """
 
 from __future__ import annotations
@@ -20,23 +24,36 @@ from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import lowest_one
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
-from simplifier.kernels.coverage import MaskArray, draw_faces, lies_between, project
+from simplifier.kernels.coverage import (
+    MaskArray,
+    draw_faces,
+    lies_between,
+    project,
+    views_at_a_time,
+)
 from simplifier.kernels.threads import run_chunks
 from simplifier.progress import TellShare, silent
 
 _OPEN_SHARE = 0.125  # of the edges: more of them cost what they save
-_SCRATCH = 1 << 24  # bytes of counts a thread
-_VIEWS = 64  # at a time: a bit each
+_WORDS = 64  # of 64 edges each at a time
+_EDGES = 256  # of a view at a time
+_LISTED = 1 << 16  # crossings of a view; where there are more, its edges are read again
 _EDGE_ON = 1e-4  # of the square of the longest edge: below that, twice the area counts as none
 _NEAR = 1e-5  # pixels: rounding moves a crossing by 1e-7 at most where a triangle ends
 _FAR = 1e4  # pixels: up to there it does
+_CELLS = 1023  # along the mesh's longest side: ten bits of a place on the curve
+_SPREAD = ((16, 0xFF0000FF), (8, 0x0F00F00F), (4, 0xC30C30C3), (2, 0x49249249))
+
+
+LEAST_LENGTH = 1e-300
+"""Of what is divided by: the quotient is then finite."""
 
 
 @dataclass(frozen=True)
 class EdgeTable:
-    """A mesh with its edges.
+    """A mesh with its edges, all along a curve through space.
 
-    ``vertices``  (3, n) float64, no two with the same bits; ``faces`` (m, 3) int32.
+    ``vertices``  (n, 3) float64, no two with the same bits; ``faces`` (m, 3) int32.
     ``planes``  (m, 4) float32 as :func:`fill_planes` fills them.
     ``edges``   (e, 4) int32: from, to, the triangle that it runs along, and the one on the other
                 side, along which it runs backwards; where there is none the number of triangles.
@@ -62,22 +79,50 @@ class EdgeTable:
 
 def edge_table(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> EdgeTable:
     """Of ``vertices`` (3, n) and ``faces`` (m, 3); vertices at the same place become one."""
-    points, joined = _joined(vertices, faces)
+    points, sorted_faces = _along_curve(*_joined(vertices, faces))
     planes = np.empty((len(faces), 4), dtype=np.float32)
-    fill_planes(points, joined, planes)
-    edges, alone = _edges_of(joined)
-    return EdgeTable(points, joined, planes, edges, alone)
+    fill_planes(points, sorted_faces, planes)
+    edges, alone = _edges_of(sorted_faces)
+    return EdgeTable(points, sorted_faces, planes, edges, alone)
+
+
+def _along_curve(
+    vertices: NDArray[np.float64], faces: NDArray[np.int32]
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """Vertices (n, 3) in the order of their cells along a curve (Morton 1966), and faces in that
+    of their first vertices; of ``vertices`` (3, n) and ``faces`` (m, 3)."""
+    low = vertices.min(axis=1, keepdims=True)
+    longest = float((vertices.max(axis=1, keepdims=True) - low).max())
+    scale = _CELLS / longest if longest > LEAST_LENGTH else 0.0
+    bits = ((vertices - low) * scale).astype(np.uint32)
+    for shift, mask in _SPREAD:
+        bits = (bits | bits << np.uint32(shift)) & np.uint32(mask)
+    order = np.argsort(bits[0] | bits[1] << np.uint32(1) | bits[2] << np.uint32(2))
+    places = np.empty(len(order), dtype=np.int32)
+    places[order] = np.arange(len(order), dtype=np.int32)
+    a, b, c = places[faces.T]
+    firsts = np.argsort(np.minimum(np.minimum(a, b), c))
+    return vertices.T[order], np.stack([a[firsts], b[firsts], c[firsts]], axis=1)
 
 
 def _joined(
     vertices: NDArray[np.float64], faces: NDArray[np.int32]
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """Of vertices with the same bits the first one alone, in the order that they had."""
-    first = _first_of_each(vertices)
+    x, y, z = np.ascontiguousarray(vertices).view(np.uint64)
+    mixed = x * np.uint64(0x9E3779B97F4A7C15)
+    mixed = ((mixed ^ (mixed >> np.uint64(29))) + y) * np.uint64(0xBF58476D1CE4E5B9)
+    mixed = ((mixed ^ (mixed >> np.uint64(31))) + z) * np.uint64(0x94D049BB133111EB)
+    mixed ^= mixed >> np.uint64(30)
+    ordered = np.sort(mixed)  # an eighth of the time of what follows
+    if not (ordered[1:] == ordered[:-1]).any():
+        return vertices, faces
+    _, first, place = np.unique(mixed, return_index=True, return_inverse=True)
+    first = first[place]
+    if not np.array_equal(vertices[:, first], vertices):  # two places that are mixed alike
+        return vertices, faces
     kept = np.zeros(len(first), dtype=np.bool_)
     kept[first] = True
-    if kept.all():
-        return vertices, faces
     places = np.cumsum(kept, dtype=np.int32) - np.int32(1)
     return np.ascontiguousarray(vertices[:, kept]), places[first][faces]
 
@@ -108,20 +153,6 @@ def _edges_of(faces: NDArray[np.int32]) -> tuple[NDArray[np.int32], int]:
     return edges, len(there) - len(first)
 
 
-def _first_of_each(vertices: NDArray[np.float64]) -> NDArray[np.int64]:
-    """(n,) for each vertex the first one with the same bits."""
-    x, y, z = np.ascontiguousarray(vertices).view(np.uint64)
-    mixed = x * np.uint64(0x9E3779B97F4A7C15)
-    mixed = ((mixed ^ (mixed >> np.uint64(29))) + y) * np.uint64(0xBF58476D1CE4E5B9)
-    mixed = ((mixed ^ (mixed >> np.uint64(31))) + z) * np.uint64(0x94D049BB133111EB)
-    mixed ^= mixed >> np.uint64(30)
-    _, first, place = np.unique(mixed, return_index=True, return_inverse=True)
-    joined = first[place]
-    if not np.array_equal(vertices[:, joined], vertices):  # two places that are mixed alike
-        joined = np.arange(vertices.shape[1])
-    return np.asarray(joined, dtype=np.int64)
-
-
 def draw_by_contours(
     table: EdgeTable,
     views: NDArray[np.float64],
@@ -132,8 +163,7 @@ def draw_by_contours(
     """Fill ``masks`` (V, rows, words), which are 0, as
     :func:`~simplifier.kernels.coverage.draw_views` does."""
     axes = sight_axes(views)
-    batch = _SCRATCH // (4 * table.sides * (columns + 1) * masks.shape[1])
-    batch = min(max(batch, 1), _VIEWS)
+    batch = views_at_a_time(len(views))
 
     def draw(begin: int, end: int) -> None:
         draw_contours(
@@ -157,10 +187,10 @@ def fill_planes(vertices, faces, planes):
     """Fill ``planes`` (m, 4): a normal as long as twice the triangle's area, and the least length
     along a line of sight at which the triangle is not edge-on."""
     for face in range(len(faces)):
-        i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
-        ax, bx = vertices[0, j] - vertices[0, i], vertices[0, k] - vertices[0, i]
-        ay, by = vertices[1, j] - vertices[1, i], vertices[1, k] - vertices[1, i]
-        az, bz = vertices[2, j] - vertices[2, i], vertices[2, k] - vertices[2, i]
+        i, j, k = vertices[faces[face, 0]], vertices[faces[face, 1]], vertices[faces[face, 2]]
+        ax, bx = j[0] - i[0], k[0] - i[0]
+        ay, by = j[1] - i[1], k[1] - i[1]
+        az, bz = j[2] - i[2], k[2] - i[2]
         cx, cy, cz = bx - ax, by - ay, bz - az
         planes[face, 0] = ay * bz - az * by
         planes[face, 1] = az * bx - ax * bz
@@ -189,20 +219,9 @@ def fill_sides(planes, axes, front, back):
 
 
 @inline_kernel
-def _along(projections, view, axis, x, y, z):
-    """A coordinate of the image, bit for bit as :func:`~simplifier.kernels.coverage.project`."""
-    return (
-        projections[view, axis, 0] * x
-        + projections[view, axis, 1] * y
-        + projections[view, axis, 2] * z
-        + (projections[view, axis, 3] - 0.5)
-    )
-
-
-@inline_kernel
 def _cell(value, count):
     """The first pixel with its centre at or past a coordinate."""
-    return np.int64(np.ceil(min(max(value, 0.0), float(count))))
+    return np.int32(np.ceil(min(max(value, 0.0), count)))
 
 
 @inline_kernel
@@ -213,41 +232,142 @@ def _on_centre(x, y):
 
 
 @inner_kernel
-def count_edges(vertices, edges, bits, projections, sign, side, counts, unsure):
-    """Count where the contour of the triangles that have a view's bit crosses rows, in each view.
+def transpose(square):
+    """Of 64 x 64 bits, in place (Warren, Hacker's Delight, section 7-3)."""
+    width, mask = 32, np.uint64(0xFFFFFFFF)
+    while width != 0:
+        shift = np.uint64(width)
+        for begin in range(0, 64, 2 * width):
+            for place in range(begin, begin + width):
+                other = ((square[place] >> shift) ^ square[place + width]) & mask
+                square[place + width] ^= other
+                square[place] ^= other << shift
+        width >>= 1
+        mask ^= mask << np.uint64(width)
 
-    ``counts`` (V, sides, columns + 1, rows) int32 is added to, ``unsure`` (V,) set where rounding
-    matters.
+
+@inner_kernel
+def list_crossings(
+    vertices, edges, bits, begin, end, projections, turned, lists, used, unsure, counts
+):
+    """List where the contour of the triangles that have a view's bit crosses rows, in each view.
+
+    ``begin``, ``end``  the views; each has a bit of ``bits`` (m + 1,), the last of which is 0.
+    ``turned``  (V,) bool: count by the other direction.
+    ``lists``   (V, n) int32, of which ``used`` (V,) are filled: the place in ``counts`` (columns +
+                1, rows), the bits of it turned over where it counts less.  -1 if there is no room;
+                of one view alone, what has none is counted at once.
+    ``unsure``  (V,) bool: set where rounding matters.
     """
-    columns, rows = counts.shape[2] - 1, counts.shape[3]
-    for place in range(len(edges)):
-        own = bits[edges[place, 2]]
-        waiting = own ^ bits[edges[place, 3]]
-        if waiting == 0:
-            continue
-        i, j = edges[place, 0], edges[place, 1]
-        ax, ay, az = vertices[0, i], vertices[1, i], vertices[2, i]
-        bx, by, bz = vertices[0, j], vertices[1, j], vertices[2, j]
-        while waiting != 0:
-            lowest, view = lowest_one(waiting)
-            waiting ^= lowest
-            low_y = _along(projections, view, 1, ax, ay, az)
-            high_y = _along(projections, view, 1, bx, by, bz)
-            begin, end = _cell(low_y, rows), _cell(high_y, rows)
-            if begin == end:
+    words = (len(edges) + 63) >> 6
+    own, other = np.zeros((_WORDS, 64), np.uint64), np.zeros((_WORDS, 64), np.uint64)
+    some, count = np.empty(_EDGES, np.int32), 0
+    points, rows = np.empty((4, _EDGES)), np.empty((2, _EDGES), np.int32)
+    used[begin:end] = 0
+    for first in range(0, words, _WORDS):
+        there = min(_WORDS, words - first)
+        for word in range(there):
+            _turn_contour(edges, bits, 64 * (first + word), own[word], other[word])
+        for view in range(begin, end):
+            if used[view] < 0:
                 continue
-            low_x = _along(projections, view, 0, ax, ay, az)
-            high_x = _along(projections, view, 0, bx, by, bz)
-            unsure[view] |= _on_centre(low_x, low_y) | _on_centre(high_x, high_y)
-            turned = np.int32(sign) if own & lowest != 0 else np.int32(-sign)
-            if begin < end:
-                turned = -turned
-            else:
-                begin, end = end, begin
-                low_x, low_y, high_x, high_y = high_x, high_y, low_x, low_y
-            for row in range(begin, end):
-                x = low_x + (row - low_y) / (high_y - low_y) * (high_x - low_x)
-                counts[view, side, _cell(x, columns), row] += turned
+            for word in range(there):
+                waiting = own[word, view] | other[word, view]
+                while waiting != 0:
+                    lowest, lane = lowest_one(waiting)
+                    waiting ^= lowest
+                    edge = 64 * (first + word) + lane
+                    some[count] = edge if own[word, view] & lowest != 0 else ~edge
+                    count += 1
+                if count > _EDGES - 64 or (word + 1 == there and count > 0):
+                    used[view], near = _list_some(
+                        vertices, edges, some[:count], projections[view], turned[view], points,
+                        rows, lists[view], used[view], counts, end - begin == 1,
+                    )  # fmt: skip
+                    unsure[view] |= near
+                    count = 0
+                    if used[view] < 0:
+                        break
+
+
+@inner_kernel
+def _turn_contour(edges, bits, first, own, other):
+    """Fill of 64 edges from the ``first`` on a bit an edge, a word a view: whether the triangle
+    that it runs along has the view's bit and the other one has not; and vice versa."""
+    there = min(64, len(edges) - first)
+    some = np.uint64(0)
+    for lane in range(there):
+        own[lane], other[lane] = bits[edges[first + lane, 2]], bits[edges[first + lane, 3]]
+    for lane in range(there):
+        both = own[lane] & other[lane]
+        own[lane] ^= both
+        other[lane] ^= both
+        some |= own[lane] | other[lane]
+    own[there:], other[there:] = 0, 0
+    if some != 0:
+        transpose(own)
+        transpose(other)
+
+
+@inner_kernel
+def _list_some(
+    vertices, edges, some, projection, turned, points, rows, crossings, used, counts, alone
+):
+    """(used, unsure) of a view after ``some`` (k,) int32 edges, turned over where the triangle
+    that they run along has no bit.
+
+    What is fetched comes first and what branches last, so that no guess of the processor's waits
+    for memory; ``points`` (4, k) and ``rows`` (2, k) are scratch.
+    """
+    columns, height = float(counts.shape[0] - 1), float(counts.shape[1])
+    a, b, c, d = projection[0]
+    e, f, g, h = projection[1]
+    d -= 0.5
+    h -= 0.5
+    for place in range(len(some)):
+        edge = some[place] ^ (some[place] >> 31)
+        i, j = edges[edge, 0], edges[edge, 1]
+        x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
+        u, v, w = vertices[j, 0], vertices[j, 1], vertices[j, 2]
+        # Bit for bit as :func:`~simplifier.kernels.coverage.project`.
+        points[0, place], points[1, place] = a * x + b * y + c * z + d, e * x + f * y + g * z + h
+        points[2, place], points[3, place] = a * u + b * v + c * w + d, e * u + f * v + g * w + h
+    unsure = False
+    for place in range(len(some)):
+        low_x, low_y, high_x, high_y = points[:, place]
+        rows[0, place], rows[1, place] = _cell(low_y, height), _cell(high_y, height)
+        near = _on_centre(low_x, low_y) | _on_centre(high_x, high_y)
+        unsure |= near & (rows[0, place] != rows[1, place])
+    for place in range(len(some)):
+        begin, end = rows[0, place], rows[1, place]
+        if begin == end:
+            continue
+        low_x, low_y, high_x, high_y = points[:, place]
+        less = (some[place] >> 31) ^ -np.int32(turned)
+        if begin < end:
+            less = ~less
+        else:
+            begin, end = end, begin
+            low_x, low_y, high_x, high_y = high_x, high_y, low_x, low_y
+        if used + (end - begin) > len(crossings):
+            if not alone:
+                return -1, unsure
+            add_crossings(crossings[:used], counts)
+            used = 0
+        for row in range(begin, end):
+            x = low_x + (row - low_y) / (high_y - low_y) * (high_x - low_x)
+            crossings[used] = (_cell(x, columns) * counts.shape[1] + row) ^ less
+            used += 1
+    return used, unsure
+
+
+@inner_kernel
+def add_crossings(crossings, counts):
+    """Add to ``counts`` what :func:`list_crossings` has listed of a view."""
+    flat = counts.reshape(-1)
+    for place in range(len(crossings)):
+        less = crossings[place] >> 31
+        flat[crossings[place] ^ less] += np.int32(1) | less
 
 
 @inner_kernel
@@ -284,7 +404,7 @@ def _draw_edge_on(vertices, faces, front, back, projections, columns, masks):
         if waiting != 0:
             for corner in range(3):
                 for axis in range(3):
-                    corners[axis, corner] = vertices[axis, faces[face, corner]]
+                    corners[axis, corner] = vertices[faces[face, corner], axis]
         while waiting != 0:
             lowest, view = lowest_one(waiting)
             waiting ^= lowest
@@ -302,42 +422,66 @@ def draw_contours(
 ):
     """Set the covered bits of ``masks[begin:end]``, ``batch`` views at a time, at most 64.
 
-    ``edges``, ``planes`` and ``sides`` are those of an :class:`EdgeTable`, ``axes`` (V, 4) those of
-    :func:`sight_axes`.
+    ``vertices`` to ``planes`` and ``sides`` are those of an :class:`EdgeTable`, ``axes`` (V, 4)
+    those of :func:`sight_axes`.
     """
     front, back = np.zeros(len(faces) + 1, np.uint64), np.zeros(len(faces) + 1, np.uint64)
-    counts = np.zeros((batch, sides, columns + 1, masks.shape[1]), np.int32)
-    unsure = np.empty(batch, np.bool_)
+    counts = np.zeros((columns + 1, masks.shape[1]), np.int32)
+    lists, used, unsure = contour_lists(batch)
     for first in range(begin, end, batch):
         last = min(first + batch, end)
         fill_sides(planes, axes[first:last], front, back)
         unsure[:] = False
-        draw_batch(
-            vertices, faces, edges, front, back, projections[first:last], columns, counts, unsure,
-            masks[first:last],
-        )  # fmt: skip
+        for side in range(sides):
+            draw_contour(
+                vertices, edges, back if side == 1 else front, projections[first:last],
+                np.full(last - first, side == 1), lists, used, unsure, counts, masks[first:last],
+            )  # fmt: skip
+        for view in range(last - first):
+            if unsure[view]:
+                masks[first + view] = 0
+        _draw_edge_on(
+            vertices, faces, front, back, projections[first:last], columns, masks[first:last]
+        )
+        if unsure[: last - first].any():
+            _draw_unsure(
+                vertices, faces, projections[first:last], unsure, columns, masks[first:last]
+            )
 
 
 @inner_kernel
-def draw_batch(vertices, faces, edges, front, back, views, columns, counts, unsure, masks):
-    """Set the covered bits of ``masks``, whose views ``front`` and ``back`` tell of, bit by bit.
+def contour_lists(views):
+    """What :func:`draw_contour` needs for so many: ``lists``, ``used`` and ``unsure``."""
+    lists = np.empty((views, _LISTED), np.int32)
+    return lists, np.empty(views, np.int64), np.empty(views, np.bool_)
 
-    ``counts`` (V, sides, columns + 1, rows) int32 is 0 before and after, ``unsure`` (V,) False.
+
+@inner_kernel
+def draw_contour(vertices, edges, bits, projections, turned, lists, used, unsure, counts, masks):
+    """Set in ``masks`` (V, rows, words) what triangles with a view's bit cover.
+
+    Other arguments as of :func:`list_crossings`; ``counts`` is 0 before and after.
     """
-    sides, rows = counts.shape[1], masks.shape[1]
-    count_edges(vertices, edges, front, views, 1, 0, counts, unsure)
-    if sides == 2:
-        count_edges(vertices, edges, back, views, -1, 1, counts, unsure)
-    for view in range(len(views)):
-        for side in range(sides):
-            cover(counts[view, side], columns, masks[view])
+    views = len(projections)
+    list_crossings(
+        vertices, edges, bits, 0, views, projections, turned, lists, used, unsure, counts
+    )
+    for view in range(views):
+        if used[view] < 0:
+            list_crossings(
+                vertices, edges, bits, view, view + 1, projections, turned, lists, used, unsure,
+                counts,
+            )  # fmt: skip
+        add_crossings(lists[view, : used[view]], counts)
+        cover(counts, len(counts) - 1, masks[view])
+
+
+@inner_kernel
+def _draw_unsure(vertices, faces, projections, unsure, columns, masks):
+    """Draw all triangles in those views."""
+    points, cells = np.empty((len(vertices), 2)), np.empty(len(vertices), np.uint32)
+    corners = np.ascontiguousarray(vertices.T)
+    for view in range(len(projections)):
         if unsure[view]:
-            masks[view] = 0
-    _draw_edge_on(vertices, faces, front, back, views, columns, masks)
-    if unsure.any():
-        points = np.empty((vertices.shape[1], 2))
-        cells = np.empty(vertices.shape[1], np.uint32)
-        for view in range(len(views)):
-            if unsure[view]:
-                project(vertices, views[view], rows, columns, points, cells)
-                draw_faces(points, cells, faces, columns, masks[view])
+            project(corners, projections[view], masks.shape[1], columns, points, cells)
+            draw_faces(points, cells, faces, columns, masks[view])

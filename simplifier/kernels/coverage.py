@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.threads import run_chunks, thread_count
 from simplifier.progress import TellShare, silent
 
 if TYPE_CHECKING:
@@ -36,7 +36,9 @@ LEAST_VIEWS = 64
 MOST_FACES = 1 << 21
 """Of a mesh that is: the table takes 130 bytes a triangle while it is made."""
 
-_LEAST_AT_A_TIME, _MOST_AT_A_TIME = 16, 32
+VIEWS_AT_A_TIME = 32
+"""In which contours are found together, a bit of a word each; fewer where there are more threads.
+With more, limits of depth take too much memory; with fewer, more words are read."""
 
 _PIXELS_A_FACE = 32
 """At most, of a picture that is: what is counted by the pixel must not cost more than triangles."""
@@ -104,18 +106,14 @@ def coverage_masks(
     return masks
 
 
+def views_at_a_time(views: int) -> int:
+    """In how many contours are found together, so that all threads have some."""
+    return min(-(-views // thread_count()), VIEWS_AT_A_TIME)
+
+
 def by_contours(faces: int, views: int, pixels: int) -> bool:
     """Whether so many triangles are drawn by their contour, if few of their edges are open."""
     return views >= LEAST_VIEWS and faces <= MOST_FACES and _PIXELS_A_FACE * faces >= pixels
-
-
-def views_at_a_time(faces: int, image: int) -> int:
-    """How many views have their front measured together.
-
-    With more, scratch memory costs what shared words save.  Limits and counts should not outgrow
-    the mesh, which is read once for all of them.
-    """
-    return min(max(4 * faces // image**2, _LEAST_AT_A_TIME), _MOST_AT_A_TIME)
 
 
 def unpack_masks(masks: MaskArray, columns: int) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from simplifier.kernels.coverage import LEAST_VIEWS, MOST_FACES, views_at_a_time
+from simplifier.kernels.coverage import LEAST_VIEWS, MOST_FACES, VIEWS_AT_A_TIME
 from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
 from simplifier.options.simplify import LITTLE_OVERHANG
@@ -68,7 +68,8 @@ _VERTEX = 24  # three float64
 _FACE = 12  # three int32
 _TABLE_FACE = 150  # its three edges while they are sorted; then less, with its plane and sides
 _KEPT_FACE = 52  # three halves of an edge, its plane, its corners
-_CONTOUR_COUNTS = 16 * MIB
+_CLUSTER_FACE = 38  # its corners once more in float32, and a box for sixteen
+_CROSSINGS = 8 * MIB  # of some views at a time
 _READ_FACE = 24  # three int64, as codecs give them
 _BLOCK = 40 * MIB  # of triangles that are checked at once, with their corners and edges
 
@@ -257,10 +258,10 @@ def deviation(size: MeshSize, shape: Shape, options: Options) -> int:
 def views(size: MeshSize, count: int, image: int, occluders: int) -> int:
     """Silhouettes of the mesh: vertices by axis, faces, of each thread the vertices on the screen
     and their pixels; masks as bits.  In many views a table of edges as well, and of each thread
-    counts and which way triangles face."""
+    crossings, counts (int32) and which way triangles face."""
     drawn = _VERTEX * size.vertices + _FACE * size.triangles
     if count >= LEAST_VIEWS and size.triangles <= MOST_FACES:
-        drawn += _TABLE_FACE * size.triangles + thread_count() * _CONTOUR_COUNTS
+        drawn += _TABLE_FACE * size.triangles + thread_count() * (_CROSSINGS + 4 * image**2)
     scratch = min(thread_count(), count) * (16 + 4) * size.vertices
     return drawn + scratch + _masks(count, image, occluders)
 
@@ -282,16 +283,16 @@ def front(size: MeshSize, count: int, occluders: int) -> int:
     """The mesh by axis, of each thread vertices on the screen and depths (float64).
 
     In many views also the mesh's copy and table of edges that a report keeps, with silhouettes in
-    two sizes; of each thread the words of triangles, and of some views at a time depths, counts of
-    two sides (int32) and two bits a triangle.
+    two sizes, and its clusters; of each thread the words of triangles, counts (int32), and of some
+    views at a time crossings, depths and two bits a triangle.
     """
     drawn = _VERTEX * size.vertices + _FACE * size.triangles
     own = (16 + 4) * size.vertices + 8 * _FRONT_IMAGE**2
     if count >= LEAST_VIEWS and size.triangles <= MOST_FACES:
-        drawn += 2 * _VERTEX * size.vertices + _KEPT_FACE * size.triangles + 2 * _MASKS_KEPT
-        some = views_at_a_time(size.triangles, _FRONT_IMAGE)
-        own += 8 * size.vertices + 16 * size.triangles
-        own += some * (size.triangles // 4 + (8 + 2 * 4) * _FRONT_IMAGE**2)
+        drawn += 2 * _VERTEX * size.vertices + 2 * _MASKS_KEPT
+        drawn += (_KEPT_FACE + _CLUSTER_FACE) * size.triangles
+        own += 17 * size.triangles + _CROSSINGS + 4 * _FRONT_IMAGE**2
+        own += VIEWS_AT_A_TIME * (size.triangles // 4 + 8 * _FRONT_IMAGE**2)
     return drawn + min(thread_count(), count) * own + _masks(count, _FRONT_IMAGE, occluders)
 
 

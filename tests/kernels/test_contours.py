@@ -102,10 +102,37 @@ def test_the_same_pixels_beyond_the_picture():
 def test_any_number_of_views_at_a_time(monkeypatch):
     views = looks(9, 40)
     whole, expected, _ = both(RING, views, 40, 40)
-    monkeypatch.setattr(contours, "_SCRATCH", 4 * 41 * 40 * 2)
+    monkeypatch.setattr(contours, "views_at_a_time", lambda views: 2)
     pairs, _, _ = both(RING, views, 40, 40)
     np.testing.assert_array_equal(whole, expected)
     np.testing.assert_array_equal(pairs, expected)
+
+
+def test_more_crossings_than_a_list_holds():
+    """Bars so thin and many that a view's are counted one after the other."""
+    steps = np.linspace(-0.9, 0.9, 160)
+    bars = solids.joined(*[solids.box((0.006, 1.2, 0.006), (step, -0.6, 0.0)) for step in steps])
+    views = looks(40, 640)
+    views[7, 0, :3], views[7, 1, :3] = [318.0, 31.0, 0.0], [-31.0, 318.0, 0.0]
+    found, expected, table = both(bars, views, 640, 640)
+    np.testing.assert_array_equal(found, expected)
+    assert table.open == 0
+    edges = expected[7] ^ (expected[7] << np.uint64(1))
+    assert np.bitwise_count(edges).sum() > contours._LISTED
+
+
+def test_the_order_of_triangles_and_vertices_does_not_matter():
+    views, generator = looks(9, 40), np.random.default_rng(0)
+    order, places = (
+        generator.permutation(len(RING.faces)),
+        generator.permutation(len(RING.vertices)),
+    )
+    shuffled = solids.TriangleMesh(
+        RING.vertices[places], np.argsort(places).astype(np.int32)[RING.faces[order]]
+    )
+    found, expected, table = both(shuffled, views, 40, 40)
+    np.testing.assert_array_equal(found, expected)
+    np.testing.assert_array_equal(table.vertices, both(RING, views, 40, 40)[2].vertices)
 
 
 def test_a_fine_mesh_in_many_views_is_drawn_by_its_contour(monkeypatch):

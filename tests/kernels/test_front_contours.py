@@ -129,10 +129,29 @@ def test_beyond_the_picture_and_with_far_occluders():
             np.testing.assert_array_equal(found, expected)
 
 
+def test_the_side_that_faces_the_viewer_is_drawn_first(monkeypatch):
+    """Of a solid the one that is wound forwards, wherever it lies; of a sheet either."""
+    chosen = []
+    monkeypatch.setattr(
+        front_contours, "count_fronts", lambda *arguments: chosen.append(arguments[7])
+    )
+    sheet = solids.box(without=(0, 1, 2, 3, 4))
+    down = np.eye(3, 4)[None] * [[32.0], [32.0], [1.0]]
+    up = down * [[[1.0], [-1.0], [-1.0]]]
+    for mesh in (solids.moved(BALL, 0.5, (3.0, 1.0, 2.0)), RING):
+        back = solids.TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
+        for one in (mesh, back):
+            both(one, HALF, looks(5, 64), 64)
+        assert (chosen[-2] != chosen[-1]).all()
+        assert len(set(chosen[-1])) == 1
+    both(sheet, HALF, np.concatenate([down, up]), 64)
+    assert list(chosen[-1]) == [False, True]
+
+
 def test_any_number_of_views_at_a_time(monkeypatch):
     views = looks(40, 40)
     whole, expected = both(RING, HALF, views, 40)
-    monkeypatch.setattr(front_contours, "views_at_a_time", lambda faces, image: 3)
+    monkeypatch.setattr(front_contours, "views_at_a_time", lambda views: 3)
     parts, _ = both(RING, HALF, views, 40)
     np.testing.assert_array_equal(whole, expected)
     np.testing.assert_array_equal(parts, expected)

@@ -12,6 +12,8 @@ from simplifier.kernels.bit_image import lowest_one, popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.random_quads import bit
 
+_MANY = 1 << 20  # columns: more than there are
+_LOOKS = 8  # at rows, for each row: they take half as long as the distances of all pixels
 _ASIDE = 32  # columns: nearly all that lies beside is nearer than that
 
 
@@ -181,6 +183,57 @@ def _farthest_of_row(heights, over, row, most, columns, ends, distances):
     return most
 
 
+@inline_kernel
+def _columns_aside(line, column):
+    """Columns to the nearest pixel of a row of the mask, from one that is not of it; many if there
+    is none."""
+    word, place = column >> 6, np.uint64(column & 63)
+    ahead, behind = line[word] >> place, line[word] << (np.uint64(63) - place)
+    nearest = np.int64(_MANY)
+    further = np.int64(0)
+    while ahead == 0 and word + further + 1 < len(line):
+        further += 1
+        ahead = line[word + further]
+    if ahead != 0:
+        first = 64 * further - (np.int64(place) if further > 0 else 0)
+        nearest = first + lowest_one(ahead)[1]
+    further = np.int64(0)
+    while behind == 0 and word - further > 0:
+        further += 1
+        behind = line[word - further]
+    if behind != 0:
+        last = 64 * further - (63 - np.int64(place) if further > 0 else 0)
+        for shift in (1, 2, 4, 8, 16, 32):
+            behind |= behind >> np.uint64(shift)
+        nearest = min(nearest, last + 64 - np.int64(popcount(behind)))
+    return nearest
+
+
+@inner_kernel
+def _farthest_by_rows(mask, over, row, most, looks):
+    """(as :func:`_farthest_of_row`, what is left of ``looks`` at rows: below 0 it was broken off).
+
+    Most of what lies beside is few pixels, near the mask: the rows next to theirs tell how near.
+    """
+    for word in range(over.shape[1]):
+        waiting = over[row, word]
+        while waiting != 0:
+            lowest, place = lowest_one(waiting)
+            waiting ^= lowest
+            nearest, away = np.int64(_MANY) ** 2, 0
+            while nearest > most and away * away < nearest and away < len(mask):
+                for other in (row - away, row + away):
+                    if 0 <= other < len(mask):
+                        aside = _columns_aside(mask[other], 64 * word + place)
+                        nearest = min(nearest, away * away + aside * aside)
+                away += 1
+            looks -= away
+            if looks < 0:
+                return most, looks
+            most = max(most, nearest)
+    return most, looks
+
+
 @kernel("uint64[:, :, :], uint64[:, :, :], int64, int64, int64, int64[:, :], int64[:]")
 def count_overhang(originals, hidden, width, begin, end, pixels, farthest):
     """Fill views ``begin`` to ``end`` of ``width`` columns.
@@ -203,8 +256,15 @@ def count_overhang(originals, hidden, width, begin, end, pixels, farthest):
         if beside > 0 and there == 0:
             most = np.int64(-1)
         elif beside > 0:
-            _fill_heights(original, heights)
+            looks = np.int64(_LOOKS * rows)
+            filled = False
             for row in range(rows):
-                most = _farthest_of_row(heights, over, row, most, columns, ends, distances)
+                if looks >= 0:
+                    most, looks = _farthest_by_rows(original, over, row, most, looks)
+                if looks < 0:
+                    if not filled:
+                        _fill_heights(original, heights)
+                        filled = True
+                    most = _farthest_of_row(heights, over, row, most, columns, ends, distances)
         pixels[view, 0], pixels[view, 1] = there, beside
         farthest[view] = most

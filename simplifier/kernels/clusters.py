@@ -20,9 +20,7 @@ from simplifier.kernels.contours import LEAST_LENGTH
 CLUSTER = 16
 """Triangles."""
 
-BLOCKS = np.array([1, 2, 3, 4, 6, 8, 12, 16])
-"""Pixels a side: each at most twice the one before."""
-
+_LEVELS = 5  # of blocks: 1, 2, 4, 8 and 16 pixels a side
 _TILE = 64  # clusters whose boxes lie together
 _STEPS = 65520.0  # of depth; some more lie before and behind
 _LAST = 65535  # step
@@ -32,9 +30,7 @@ _MOST = 1e6  # that is summed, steps or pixels: a coordinate is else anywhere
 _FAR, _NEAR, _MIXED = 0, 1, 2
 
 
-@kernel(
-    "float64[:, :], int32[:, :], float64[:], float32[:, :], float32[:, :], float64[:, :]",
-)
+@kernel("float64[:, :], int32[:, :], float64[:], float32[:, :], float32[:, :], float64[:, :]")
 def fill_clusters(vertices, faces, ball, corners, boxes, moments):
     """Fill what tells of the clusters of ``faces`` (m, 3) int32.
 
@@ -117,8 +113,8 @@ def block_limits(image):
     """(blocks, limits) of pictures of ``image`` pixels a side: what :func:`fill_blocks` fills, and
     the same (s (image + 1)^2 + 1,) uint32; the last one tells nothing."""
     side = image + 1
-    both = np.zeros(2 * (len(BLOCKS) * side * side + 1), np.uint16)
-    return both[:-2].reshape(len(BLOCKS), side, 2 * side), both.view(np.uint32)
+    both = np.zeros(2 * (_LEVELS * side * side + 1), np.uint16)
+    return both[:-2].reshape(_LEVELS, side, 2 * side), both.view(np.uint32)
 
 
 @inner_kernel
@@ -138,9 +134,9 @@ def fill_blocks(limits, low, steps, blocks):
             steps_of[2 * column + 1] = _LAST - step if limit < np.inf else _LAST
         steps_of[2 * size], steps_of[2 * size + 1] = _LAST, _LAST
     blocks[0, size] = _LAST
-    upright = np.full(width + 2 * BLOCKS[-1], _LAST, np.uint16)
-    for level in range(1, len(BLOCKS)):
-        further = BLOCKS[level] - BLOCKS[level - 1]
+    upright = np.full(width + (1 << _LEVELS), _LAST, np.uint16)
+    for level in range(1, _LEVELS):
+        further = 1 << (level - 1)
         aside = upright[2 * further :]
         for row in range(size + 1):
             here, below = blocks[level - 1, row], blocks[level - 1, min(row + further, size)]
@@ -165,10 +161,10 @@ def _place(left, right, top, bottom, side):
     block is as large, one outside of the picture if no centre is in it."""
     longest = max(bottom - top, right - left)
     level = np.int32(0)
-    for index in range(len(BLOCKS) - 1):
-        level += np.int32(longest > np.float32(BLOCKS[index]))
+    for index in range(_LEVELS):
+        level += np.int32(longest > np.float32(1 << index))
     place = level * np.int32(side * side) + np.int32(top) * np.int32(side) + np.int32(left)
-    place = place if longest <= np.float32(BLOCKS[-1]) else np.int32(len(BLOCKS) * side * side)
+    place = place if level < _LEVELS else np.int32(_LEVELS * side * side)
     return place if (top < bottom) & (left < right) else np.int32(side * side - 1)
 
 

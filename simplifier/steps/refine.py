@@ -300,6 +300,8 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
         if budget <= _MANY:
 
             def make(few: int) -> list[FloatArray]:
+                if aims.searches == 1 and len(starts[0]) > 0:
+                    return starts[:1]  # a single search begins with the first alone
                 return [starts[0], *_decimated_starts(run.mesh, run.solid, few, room)]
 
             fewer = search_with_fewer(

@@ -7,13 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 
 INTERIOR, SURFACE, NEVER = 0, 1, 255
 _UNKNOWN = 254  # until one side has reached it
-
-SIX = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], np.int64)
-"""Steps to the neighbours across a side."""
 
 
 @kernel("bool[:, :, :], bool[:, :, :], int64, int64, uint8[:, :, :]")
@@ -41,23 +38,8 @@ def sort_cells(touched, filled, begin, end, layers):
 def _keep(row, kept, others):
     """The voxels of a row that are what is kept there stay, all others change."""
     for z in range(len(row)):
-        row[z] = row[z] if row[z] == kept[z] else others[z]
-
-
-@inline_kernel
-def _position(place, sizes):
-    """(x, y, z) of a flat index: once a voxel, as divisions cost more than all else here."""
-    row = place // sizes[2]
-    x = row // sizes[1]
-    return x, row - x * sizes[1], place - row * sizes[2]
-
-
-@inline_kernel
-def _neighbour(x, y, z, step, sizes):
-    """(whether it is in the array, its flat index) of the neighbour a step away."""
-    x, y, z = x + step[0], y + step[1], z + step[2]
-    there = 0 <= x < sizes[0] and 0 <= y < sizes[1] and 0 <= z < sizes[2]
-    return there, (x * sizes[1] + y) * sizes[2] + z
+        here, other = row[z], others[z]  # both in any case, so that many are looked at at once
+        row[z] = here if here == kept[z] else other
 
 
 @kernel("bool[:, :, :], uint8[:, :, :]")
@@ -133,59 +115,47 @@ def _first_voxels(touched, size, row, plane):
     return corners
 
 
-@kernel("uint8[:, :, :], int64, int64, int64[:]")
-def find_border(layers, begin, end, places):
-    """Write the flat indices of the solid's voxels beside free ones, of rows ``begin:end``.
+@kernel("uint8[:, :, :], int64, int64, bool, int64")
+def add_layer(layers, begin, end, corners, layer):
+    """Set the free voxels of the planes ``begin:end`` that are beside a lower layer to this one.
 
-    Returns how many there are; no more than ``places`` holds are written.
+    ``corners``  whether those across an edge or a corner are beside it, too.
+
+    The outermost voxels are free, and none beside them may be lower.  Threads may share ``layers``:
+    nothing that is written meanwhile is lower.  Voxels of a plane are looked at in one row, which
+    is done for many at once.
     """
-    sizes = layers.shape
-    count = 0
-    for x in range(begin, end):
-        for y in range(sizes[1]):
-            for z in range(sizes[2]):
-                if layers[x, y, z] > SURFACE:
-                    continue
-                beside = (
-                    (x > 0 and layers[x - 1, y, z] == NEVER)
-                    or (x + 1 < sizes[0] and layers[x + 1, y, z] == NEVER)
-                    or (y > 0 and layers[x, y - 1, z] == NEVER)
-                    or (y + 1 < sizes[1] and layers[x, y + 1, z] == NEVER)
-                    or (z > 0 and layers[x, y, z - 1] == NEVER)
-                    or (z + 1 < sizes[2] and layers[x, y, z + 1] == NEVER)
-                )
-                if beside:
-                    if count < len(places):
-                        places[count] = (x * sizes[1] + y) * sizes[2] + z
-                    count += 1
-    return count
-
-
-@kernel("uint8[:, :, :], int64[:], int64[:, :], int64")
-def add_layer(layers, border, steps, layer):
-    """Set the free voxels ``steps`` (n, 3) away from ``border`` (m,) to a layer; which they are."""
-    sizes = layers.shape
+    size, row = layers.shape[1] * layers.shape[2], layers.shape[2]
     flat = layers.reshape(-1)
-    shifts = np.empty(len(steps), np.int64)
-    for number in range(len(steps)):
-        step = steps[number]
-        shifts[number] = (step[0] * sizes[1] + step[1]) * sizes[2] + step[2]
-    found = np.empty(len(border) * 2 + 1024, np.int64)
-    count = 0
-    for place in border:
-        if count + len(steps) > len(found):
-            found = np.concatenate((found, np.empty(len(found), np.int64)))
-        x, y, z = _position(place, sizes)
-        within = 0 < x < sizes[0] - 1 and 0 < y < sizes[1] - 1 and 0 < z < sizes[2] - 1
-        for number in range(len(steps)):
-            there, other = within, place + shifts[number]
-            if not within:
-                there, other = _neighbour(x, y, z, steps[number], sizes)
-            if there and flat[other] == NEVER:
-                flat[other] = layer
-                found[count] = other
-                count += 1
-    return found[:count].copy()
+    one, two = np.full((2, size), NEVER, np.uint8)
+    value = np.uint8(layer)
+    for x in range(max(begin, 1), min(end, layers.shape[0] - 1)):
+        before, plane = flat[(x - 1) * size : x * size], flat[x * size : (x + 1) * size]
+        after = flat[(x + 1) * size : (x + 2) * size]
+        if corners:
+            _lowest(before, plane, after, one)
+            _lowest(one, one[row:], one[2 * row :], two[row : size - row])
+            _lowest(two, two[1:], two[2:], one[1 : size - 1])
+            _set_free(one, one, value, plane)
+        else:
+            _lowest(before, after, after, one)
+            _lowest(plane, plane[2 * row :], one[row:], two[row : size - row])
+            _lowest(plane, plane[2:], plane[2:], one[1 : size - 1])
+            _set_free(one, two, value, plane)
+
+
+@inner_kernel
+def _lowest(a, b, c, lowest):
+    for i in range(len(lowest)):
+        lowest[i] = min(a[i], b[i], c[i])
+
+
+@inner_kernel
+def _set_free(one, two, value, plane):
+    """What is free, and where either of two rows is lower."""
+    for i in range(len(plane)):
+        beside = (plane[i] == np.uint8(NEVER)) & (min(one[i], two[i]) < value)
+        plane[i] = value if beside else plane[i]
 
 
 @kernel("uint8[:, :, :], int64, int64, uint8[:, :, :], uint8[:, :, :], uint8[:, :, :]")

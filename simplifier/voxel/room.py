@@ -14,9 +14,7 @@ from simplifier.geometry.overrides import Region
 from simplifier.geometry.room import INTERIOR, SURFACE, WHOLE, Room
 from simplifier.geometry.solid import Solid, VoxelGrid
 from simplifier.kernels.room import (
-    SIX,
     add_layer,
-    find_border,
     sort_cells,
     sum_cells,
     take_sides,
@@ -26,9 +24,8 @@ from simplifier.kernels.voxelize import mark_triangles
 from simplifier.voxel.core import barred_voxels
 from simplifier.voxel.morphology import dilate
 
-_ALL = np.array([(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)], np.int64)
-"""Steps to all neighbours, even across corners."""
-
+_STEPS = ((False, 1.0), (True, math.sqrt(3.0)), (False, 1.0))
+"""Whether a layer goes across corners, and how far it goes then, in voxels; in turn."""
 
 _LEAST_TRIANGLES = 4096  # fewer are not worth a hand-over to another thread
 
@@ -57,9 +54,8 @@ def make_room(mesh: TriangleMesh, solid: Solid, size: int, far: float = math.sqr
     that is kept wholly inside has none of them, and triangles keep to voxels that the surface does
     not touch.
     """
-    steps = [(SIX, 1.0), (_ALL, math.sqrt(3.0)), (SIX, 1.0)]
     reaches, away = [0.0, math.sqrt(3.0) / size], 0.0
-    while (away := away + steps[(len(reaches) - 2) % 3][1] / size) <= solid.reach * far:
+    while (away := away + _STEPS[(len(reaches) - 2) % 3][1] / size) <= solid.reach * far:
         reaches.append(away + reaches[SURFACE])
     margin = math.ceil((len(reaches) - 2) / size) + 1
     touched = np.pad(solid.touched.inside, margin)
@@ -76,10 +72,8 @@ def make_room(mesh: TriangleMesh, solid: Solid, size: int, far: float = math.sqr
     )
     run_chunks(lambda begin, end: sort_cells(touched, filled, begin, end, layers), len(touched))
     take_sides(touched, layers)
-    if solid.reach > 0:
-        border = _border(layers)
-        for layer in range(SURFACE + 1, len(reaches)):
-            border = add_layer(layers, border, steps[(layer - 2) % 3][0], layer)
+    for layer in range(SURFACE + 1, len(reaches)):  # none where the solid is kept wholly inside
+        _add_layer(layers, _STEPS[(layer - 2) % 3][0], layer)
     shares = np.empty(touched.shape, dtype=np.uint8)
     # A voxel that is a cell is its own lowest and highest, which a fine grid need not hold thrice.
     least, most = (np.empty_like(shares) if size > 1 else layers for _ in range(2))
@@ -90,16 +84,5 @@ def make_room(mesh: TriangleMesh, solid: Solid, size: int, far: float = math.sqr
     return Room(layers, least, most, shares, limit, tuple(reaches), float(margin), slack)
 
 
-def _border(layers: NDArray[np.uint8]) -> NDArray[np.int64]:
-    parts: dict[int, NDArray[np.int64]] = {}
-
-    def find(begin: int, end: int) -> None:
-        places = np.empty(layers[begin:end].size // 8 + 1024, dtype=np.int64)
-        count = find_border(layers, begin, end, places)
-        if count > len(places):
-            places = np.empty(count, dtype=np.int64)
-            find_border(layers, begin, end, places)
-        parts[begin] = places[:count]
-
-    run_chunks(find, len(layers))
-    return np.concatenate([parts[begin] for begin in sorted(parts)])
+def _add_layer(layers: NDArray[np.uint8], corners: bool, layer: int) -> None:
+    run_chunks(lambda begin, end: add_layer(layers, begin, end, corners, layer), len(layers))

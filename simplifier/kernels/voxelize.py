@@ -10,6 +10,8 @@ from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kern
 # transform to grid space must not decide that, so "touches" means "comes within this", in voxels.
 _TOUCH = 1e-9
 
+_FEW_CELLS = 200  # are looked at sooner than it is found out which of them a triangle touches
+
 
 @inline_kernel
 def _edge(ax, ay, bx, by, sign):
@@ -230,6 +232,16 @@ def _all_below(low, high, strides, layers, limit):
 
 
 @inline_kernel
+def _cells_below(low, high, most, limit):
+    for x in range(low[0], high[0] + 1):
+        for y in range(low[1], high[1] + 1):
+            for z in range(low[2], high[2] + 1):
+                if most[np.uint64(x), np.uint64(y), np.uint64(z)] > limit:
+                    return False
+    return True
+
+
+@inline_kernel
 def _cell_contained(cell, fine, room, w):
     """Whether a triangle keeps to the limit in one cell that has voxels above it.
 
@@ -298,12 +310,21 @@ def is_contained(p, q, r, room):
             return False
         if max(p[axis], q[axis], r[axis]) >= sizes[axis] - _TOUCH:
             return False
-    w = _dominant(p, q, r)
-    p, q, r = _rotate(p, w), _rotate(q, w), _rotate(r, w)
-    low, high, is_row = _box(p, q, r, sizes, w)
-    sides = _sides(p, q, r)
+    low, high, is_row = _box(p, q, r, sizes, 2)
+    cells = (high[0] - low[0] + 1) * (high[1] - low[1] + 1) * (high[2] - low[2] + 1)
+    if cells <= _FEW_CELLS and _cells_below(low, high, most, limit):
+        return True
     size = layers.shape[0] // sizes[0]
     a, b, c = _scaled(p, size), _scaled(q, size), _scaled(r, size)
+    # Of triangles that leave the room most have a corner outside.
+    for x, y, z in (a, b, c):
+        if layers[np.int64(max(x, 0.0)), np.int64(max(y, 0.0)), np.int64(max(z, 0.0))] > limit:
+            return False
+    w = _dominant(p, q, r)
+    p, q, r = _rotate(p, w), _rotate(q, w), _rotate(r, w)
+    a, b, c = _rotate(a, w), _rotate(b, w), _rotate(c, w)
+    low, high = _rotate(low, w), _rotate(high, w)
+    sides = _sides(p, q, r)
     fine = (_sides(a, b, c), *_box(a, b, c, layers.shape, w))
     strides, highest = _rotate((sizes[1] * sizes[2], sizes[2], 1), w), most.reshape(-1)
     for s in range(low[0], high[0] + 1):

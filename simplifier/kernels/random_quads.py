@@ -17,6 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.kernels.bit_image import lowest_one
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.threads import run_chunks
 
@@ -184,85 +185,141 @@ def _weighted_heights(height):
     return height * height + height - 1 if height > 0 else 0
 
 
+@inline_kernel
+def _within(box, word):
+    """The bits of a word that are columns of the box."""
+    low, high = max(box[2] - 64 * word, 0), min(box[3] - 64 * word, 64)
+    if low >= high:
+        return np.uint64(0)
+    return (~np.uint64(0) >> np.uint64(64 - high + low)) << np.uint64(low)
+
+
+@inline_kernel
+def _words(box):
+    """The first word with columns of the box, and the one after the last."""
+    return box[2] >> 6, (box[3] + 63) >> 6
+
+
+@inline_kernel
+def _go_on(row, word, here, before, runs, begun):
+    """Follow the runs of ones upwards to a row, of which ``here`` is a word and ``before`` the one
+    before.
+
+    ``runs`` (3, words) uint64: the bits of the row, where a column's run is not as high as that of
+    the one before, and scratch; ``begun`` (columns,) int64 is the row in which each began.
+    """
+    beginning = here & ~runs[0, word]
+    while beginning != 0:
+        one, place = lowest_one(beginning)
+        beginning ^= one
+        begun[64 * word + place] = row
+    shifted = (here << np.uint64(1)) | (before >> np.uint64(63))
+    runs[0, word] = here
+    runs[1, word] = (here ^ shifted) | (here & shifted & runs[1, word])
+
+
 @inner_kernel
-def _full_area(first, second, box, heights, starts, levels):
+def _full_area(first, second, box, runs, begun, starts, levels):
     """Weighted area of the rectangles that lie in both masks and in the box, as float64.
 
     Whole numbers throughout; a row's sum fits int64 for images up to 4096 pixels a side, and the
-    total is exact while it is below 2^53 (images up to about 500 pixels).
+    total is exact while it is below 2^53 (images up to about 500 pixels).  Columns as high as the
+    one before change nothing, and are not looked at.
     """
-    first_row, row_end, first_column, column_end = box
-    width = column_end - first_column
-    heights[:width] = 0
+    begin, end = _words(box)
+    runs[:] = 0
     total = 0.0
-    for row in range(first_row, row_end):
+    for row in range(box[0], box[1]):
+        before = np.uint64(0)
+        for word in range(begin, end):
+            here = first[row, word] & second[row, word] & _within(box, word)
+            _go_on(row, word, here, before, runs, begun)
+            before = here
         sum_of_row = 0
         top = 0
-        for x in range(width + 1):
-            height = 0
-            if x < width:
-                column = first_column + x
-                if bit(first, row, column) & bit(second, row, column) != 0:
-                    height = heights[x] + 1
-                heights[x] = height
-            start = x
-            while top > 0 and levels[top - 1] > height:
-                top -= 1
-                start = starts[top]
-                below = height
-                if top > 0:
-                    below = max(below, levels[top - 1])
-                sum_of_row += _weighted_widths(x - start) * (
-                    _weighted_heights(levels[top]) - _weighted_heights(below)
-                )
-            if height > 0 and (top == 0 or levels[top - 1] < height):
-                starts[top] = start
-                levels[top] = height
-                top += 1
+        for word in range(begin, end + 1):
+            # After the last column all that is left ends.
+            events = runs[1, word] if word < end else np.uint64(1)
+            while events != 0:
+                one, place = lowest_one(events)
+                events ^= one
+                x, height = box[3], 0
+                if word < end:
+                    x = 64 * word + place
+                    if runs[0, word] & one != 0:
+                        height = row - begun[x] + 1
+                start = x
+                while top > 0 and levels[top - 1] > height:
+                    top -= 1
+                    start = starts[top]
+                    below = height
+                    if top > 0:
+                        below = max(below, levels[top - 1])
+                    sum_of_row += _weighted_widths(x - start) * (
+                        _weighted_heights(levels[top]) - _weighted_heights(below)
+                    )
+                if height > 0 and (top == 0 or levels[top - 1] < height):
+                    starts[top] = start
+                    levels[top] = height
+                    top += 1
         total += sum_of_row
     return total
 
 
 @inner_kernel
-def _outside_moments(original, occluder, box, moments):
-    """Twice-summed moments of the occluder's pixels outside the original; False when none is.
+def _extend(now, past, sums, moments):
+    for x in range(len(moments)):
+        moments[x] = 2 * now[x] - past[x] + sums[x]
 
-    ``moments`` (height + 2, width + 1, 3) int64: with S[y][x][k] the sum of column^k over the
+
+@inner_kernel
+def _outside_moments(original, occluder, box, sums, moments):
+    """Twice-summed moments of the occluder's pixels outside the original, from the first row on
+    that has any, which is returned; the box's last where none has.
+
+    ``moments`` (height + 2, 3, width + 1) int64: with S[y][k][x] the sum of column^k over the
     outside pixels in the first y rows and x columns, moments[y] = S[0] + ... + S[y - 1].  The
-    second sum turns a range of heights into two lookups.
+    second sum turns a range of heights into two lookups.  ``sums`` (3, width + 1) is scratch.
     """
-    first_row, row_end, first_column, column_end = box
-    width = column_end - first_column
-    found = False
+    begin, end = _words(box)
+    width = box[3] - box[2]
+    first = box[1]
     moments[:2] = 0
-    for row in range(first_row, row_end):
-        y = row - first_row
-        s0 = 0
-        s1 = 0
-        s2 = 0
-        moments[y + 2, 0] = 0
-        for x in range(width):
-            column = first_column + x
-            if bit(occluder, row, column) & ~bit(original, row, column) != 0:
-                found = True
-                s0 += 1
-                s1 += x
-                s2 += x * x
-            # S[y + 1] = S[y] + this row; moments[y + 2] = moments[y + 1] + S[y + 1].
-            moments[y + 2, x + 1, 0] = 2 * moments[y + 1, x + 1, 0] - moments[y, x + 1, 0] + s0
-            moments[y + 2, x + 1, 1] = 2 * moments[y + 1, x + 1, 1] - moments[y, x + 1, 1] + s1
-            moments[y + 2, x + 1, 2] = 2 * moments[y + 1, x + 1, 2] - moments[y, x + 1, 2] + s2
-    return found
+    for row in range(box[0], box[1]):
+        sums[:] = 0
+        outside = False
+        for word in range(begin, end):
+            bits = occluder[row, word] & ~original[row, word] & _within(box, word)
+            while bits != 0:
+                one, place = lowest_one(bits)
+                bits ^= one
+                x = 64 * word + place - box[2]
+                sums[0, x + 1] = 1
+                sums[1, x + 1] = x
+                sums[2, x + 1] = x * x
+                outside = True
+        if outside:
+            first = min(first, row)
+            for k in range(3):
+                for x in range(width):
+                    sums[k, x + 1] += sums[k, x]
+        y = row - first
+        if y < 0:
+            continue
+        # S[y + 1] = S[y] + this row; moments[y + 2] = moments[y + 1] + S[y + 1].
+        for k in range(3):
+            _extend(moments[y + 1, k], moments[y, k], sums[k], moments[y + 2, k, : width + 1])
+    return first
 
 
 @inline_kernel
 def _height_sum(moments, y, x, k, below, height):
     """Sum of m(h) (S[y] - S[y - h]) for below < h <= height, at column x and moment k."""
-    here = moments[y + 1, x, k] - moments[y, x, k]
-    past = moments[y - below, x, k] - moments[y - height, x, k]
+    here = moments[y + 1, k, x] - moments[y, k, x]
+    past = moments[max(y - below, 0), k, x] - moments[max(y - height, 0), k, x]
     total = 2 * ((height - below) * here - past)
     if below == 0:
-        total -= here - (moments[y, x, k] - moments[y - 1, x, k])
+        total -= here - (moments[y, k, x] - moments[y - 1, k, x])
     return total
 
 
@@ -283,51 +340,71 @@ def _node_outside(moments, y, start, end, below, height):
 
 
 @inner_kernel
-def _outside_pixels(original, occluder, box, moments, heights, ages, starts, levels, youngest):
+def _outside_pixels(
+    original, occluder, box, first, moments, runs, begun, latest, starts, levels, youngest
+):
     """Weighted pixels outside the original of the rectangles that lie in the occluder, float64.
 
-    ``ages`` holds the rows since a column's last outside pixel: a node whose youngest is at least
-    as old as the node is high has none, and most nodes have none.
+    ``first`` and ``moments`` as of :func:`_outside_moments`.  ``latest`` holds the row of a
+    column's last outside pixel: a node whose youngest is at least as old as the node is high has
+    none, and most nodes have none.  So of columns as high as the one before only those count whose
+    run has one, and no row without any.
     """
-    first_row, row_end, first_column, column_end = box
-    width = column_end - first_column
-    heights[:width] = 0
-    ages[:width] = row_end
+    begin, end = _words(box)
+    runs[:] = 0
     total = 0.0
-    for row in range(first_row, row_end):
-        y = row - first_row + 1
+    for row in range(box[0], box[1]):
+        before, any_outside = np.uint64(0), np.uint64(0)
+        for word in range(begin, end):
+            here = occluder[row, word] & _within(box, word)
+            _go_on(row, word, here, before, runs, begun)
+            before = here
+            outside = here & ~original[row, word]
+            runs[2, word] = (runs[2, word] & here) | outside
+            any_outside |= runs[2, word]
+            while outside != 0:
+                one, place = lowest_one(outside)
+                outside ^= one
+                latest[64 * word + place] = row
+        if any_outside == 0:
+            continue
+        y = row - first + 1
         sum_of_row = 0
         top = 0
-        for x in range(width + 1):
-            height = 0
-            age = row_end
-            if x < width:
-                column = first_column + x
-                inside = bit(occluder, row, column) != 0
-                height = heights[x] + 1 if inside else 0
-                outside = inside and bit(original, row, column) == 0
-                age = 0 if outside else ages[x] + 1
-                heights[x] = height
-                ages[x] = age
-            start = x
-            while top > 0 and levels[top - 1] > height:
-                top -= 1
-                start = starts[top]
-                below = height
-                if top > 0:
-                    below = max(below, levels[top - 1])
-                    youngest[top - 1] = min(youngest[top - 1], youngest[top])
-                if youngest[top] < levels[top]:
-                    sum_of_row += _node_outside(moments, y, start, x, below, levels[top])
-                age = min(age, youngest[top])
-            if height > 0:
-                if top == 0 or levels[top - 1] < height:
-                    starts[top] = start
-                    levels[top] = height
-                    youngest[top] = age
-                    top += 1
-                else:
-                    youngest[top - 1] = min(youngest[top - 1], age)
+        for word in range(begin, end + 1):
+            # After the last column all that is left ends.
+            events = runs[1, word] | runs[2, word] if word < end else np.uint64(1)
+            while events != 0:
+                one, place = lowest_one(events)
+                events ^= one
+                x, height, age = box[3], 0, box[1]
+                if word < end:
+                    x = 64 * word + place
+                    if runs[0, word] & one != 0:
+                        height = row - begun[x] + 1
+                    if runs[2, word] & one != 0:
+                        age = row - latest[x]
+                start = x
+                while top > 0 and levels[top - 1] > height:
+                    top -= 1
+                    start = starts[top]
+                    below = height
+                    if top > 0:
+                        below = max(below, levels[top - 1])
+                        youngest[top - 1] = min(youngest[top - 1], youngest[top])
+                    if youngest[top] < levels[top]:
+                        sum_of_row += _node_outside(
+                            moments, y, start - box[2], x - box[2], below, levels[top]
+                        )
+                    age = min(age, youngest[top])
+                if height > 0:
+                    if top == 0 or levels[top - 1] < height:
+                        starts[top] = start
+                        levels[top] = height
+                        youngest[top] = age
+                        top += 1
+                    else:
+                        youngest[top - 1] = min(youngest[top - 1], age)
         total += sum_of_row
     return total
 
@@ -335,14 +412,13 @@ def _outside_pixels(original, occluder, box, moments, heights, ages, starts, lev
 @kernel("uint64[:, :, :], int64, int64, int64, float64[:]")
 def add_up_full(masks, columns, begin, end, areas):
     """Fill ``areas[begin:end]`` (V,) float64 as :func:`full_areas` does."""
-    heights = np.empty(columns, np.int64)
-    starts = np.empty(columns + 1, np.int64)
-    levels = np.empty(columns + 1, np.int64)
+    runs = np.empty((3, masks.shape[2]), np.uint64)
+    begun, starts, levels = np.empty((3, columns + 1), np.int64)
     for view in range(begin, end):
         box = bounding_box(masks[view], columns)
         areas[view] = 0.0
         if box[1] > 0:
-            areas[view] = _full_area(masks[view], masks[view], box, heights, starts, levels)
+            areas[view] = _full_area(masks[view], masks[view], box, runs, begun, starts, levels)
 
 
 @kernel("uint64[:, :, :], float64[:], uint64[:, :, :], int64, int64, int64, float64[:, :]")
@@ -353,13 +429,10 @@ def count_rectangles(originals, full, occluders, columns, begin, end, pixels):
     :func:`full_areas`, ``pixels`` (V, 3) float64.  Needs 24 bytes a pixel of scratch memory a
     thread.
     """
-    rows = originals.shape[1]
-    moments = np.empty((rows + 2, columns + 1, 3), np.int64)
-    heights = np.empty(columns, np.int64)
-    ages = np.empty(columns, np.int64)
-    starts = np.empty(columns + 1, np.int64)
-    levels = np.empty(columns + 1, np.int64)
-    youngest = np.empty(columns + 1, np.int64)
+    moments = np.empty((originals.shape[1] + 2, 3, columns + 1), np.int64)
+    sums = np.empty((3, columns + 1), np.int64)
+    runs = np.empty((3, originals.shape[2]), np.uint64)
+    begun, latest, starts, levels, youngest = np.empty((5, columns + 1), np.int64)
     for view in range(begin, end):
         original = originals[view]
         occluder = occluders[view]
@@ -368,11 +441,13 @@ def count_rectangles(originals, full, occluders, columns, begin, end, pixels):
         if box[1] == 0:
             continue
         pairs = (float(box[1] - box[0]) * float(box[3] - box[2])) ** 2
-        shared = _full_area(original, occluder, box, heights, starts, levels)
+        shared = _full_area(original, occluder, box, runs, begun, starts, levels)
         pixels[view, 0] = shared / pairs
         pixels[view, 1] = (full[view] - shared) / pairs
-        if _outside_moments(original, occluder, box, moments):
+        first = _outside_moments(original, occluder, box, sums, moments)
+        if first < box[1]:
             outside = _outside_pixels(
-                original, occluder, box, moments, heights, ages, starts, levels, youngest
-            )
+                original, occluder, box, first, moments, runs, begun, latest, starts, levels,
+                youngest,
+            )  # fmt: skip
             pixels[view, 2] = outside / pairs

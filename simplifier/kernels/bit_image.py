@@ -71,8 +71,9 @@ def draw_edge(x0, y0, x1, y1, image):
     bridges to holes do, cancel.
     """
     edge = upright_edge(x0, y0, x1, y1, True)
-    for row in range(int(edge[3]), int(edge[4])):
-        image[row] ^= edge_bits(edge, row)
+    if edge[3] < edge[4]:
+        for row in range(int(edge[3]) & ~7, (int(edge[4]) + 7) & ~7):
+            image[np.uint64(row)] ^= edge_bits(edge, row)
 
 
 _STEPS = "+x+x+"

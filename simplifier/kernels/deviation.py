@@ -95,14 +95,13 @@ def _nearest_squared(px, py, pz, nodes, order, points, faces, best, stop, enough
     """
     nearest = -1
     leaves = nodes.shape[0] // 2
-    stack[0] = 1
-    keys[0] = squared_distance_to_box(px, py, pz, nodes, 1)
-    top = 1
-    while top > 0 and best > stop:
-        top -= 1
-        node = stack[top]
-        key = keys[top]
+    node, key, top = 1, squared_distance_to_box(px, py, pz, nodes, 1), 0
+    while best > stop:
         if key >= best or (best <= enough and key > stop):
+            if top == 0:
+                break
+            top -= 1
+            node, key = stack[np.uint64(top)], keys[np.uint64(top)]
             continue
         if node >= leaves:
             if faces.shape[0] == 0:
@@ -111,27 +110,24 @@ def _nearest_squared(px, py, pz, nodes, order, points, faces, best, stop, enough
             size = (len(order) + leaves - 1) // leaves
             first = (node - leaves) * size
             for place in range(first, min(first + size, len(order))):
-                face = order[place]
+                face = order[np.uint64(place)]
                 a, b, c = faces[face, 0], faces[face, 1], faces[face, 2]
                 distance = squared_distance_to_triangle(px, py, pz, points[a], points[b], points[c])
                 if distance < best:
                     best, nearest = distance, face
+            key = np.inf
             continue
         near = 2 * node
         far = near + 1
-        near_key = squared_distance_to_box(px, py, pz, nodes, near)
+        key = squared_distance_to_box(px, py, pz, nodes, near)
         far_key = squared_distance_to_box(px, py, pz, nodes, far)
-        if far_key < near_key:
+        if far_key < key:
             near, far = far, near
-            near_key, far_key = far_key, near_key
+            key, far_key = far_key, key
         if far_key < best:
-            stack[top] = far
-            keys[top] = far_key
+            stack[np.uint64(top)], keys[np.uint64(top)] = far, far_key
             top += 1
-        if near_key < best:
-            stack[top] = near
-            keys[top] = near_key
-            top += 1
+        node = near
     return best, nearest
 
 
@@ -392,7 +388,8 @@ def bound_parents(nodes):
 @inner_kernel
 def squared_distance_to_box(px, py, pz, nodes, node):
     """From a point to the closed box of a node; infinite for an empty leaf."""
-    dx = max(nodes[node, 0] - px, px - nodes[node, 3], 0.0)
-    dy = max(nodes[node, 1] - py, py - nodes[node, 4], 0.0)
-    dz = max(nodes[node, 2] - pz, pz - nodes[node, 5], 0.0)
+    row = np.uint64(node)
+    dx = max(nodes[row, 0] - px, px - nodes[row, 3], 0.0)
+    dy = max(nodes[row, 1] - py, py - nodes[row, 4], 0.0)
+    dz = max(nodes[row, 2] - pz, pz - nodes[row, 5], 0.0)
     return dx * dx + dy * dy + dz * dz

@@ -113,4 +113,5 @@ class Chain:
 def signed_area(loop: Loop) -> float:
     """Shoelace area, positive when counter-clockwise, in squared units of the points."""
     x, y = loop[:, 0] - loop[0, 0], loop[:, 1] - loop[0, 1]
-    return float(0.5 * (np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1))))
+    next_x, next_y = np.concatenate((x[1:], x[:1])), np.concatenate((y[1:], y[:1]))
+    return float(0.5 * (np.dot(x, next_y) - np.dot(y, next_x)))

@@ -6,6 +6,7 @@ VoxelGrid: a solid in cubic cells, and the map between grid space and the world.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,6 +120,7 @@ class VoxelGrid:
         """A length in world units as voxels."""
         return length / self.cell_size
 
+    @cached_property
     def column_ends(self) -> FloatArray:
         """(n, 3) grid space: centres of the first and last inside voxel of each column along z.
 

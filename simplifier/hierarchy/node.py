@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Literal
 
 import numpy as np
@@ -126,14 +128,22 @@ def hiding_radius(occluder: Occluder) -> float:
 
 def node_options(longest: float, kind: NodeKind, stand: Stand, options: SceneOptions) -> Options:
     """Of a node whose longest edge is that, in the space of its occluder."""
+    return _kept_options(kind, stand.ground, min(stand.smallest_hole, longest), options)
+
+
+@lru_cache(maxsize=256)
+def _kept_options(
+    kind: NodeKind, ground: Axis | None, smallest_hole: float, options: SceneOptions
+) -> Options:
+    """The same for most of a scene's thousands of nodes, and checked field by field."""
     resolution, near = options.resolution, kind == "near"
     inside = options.conservative or (near and options.overhang == 0.0)
     if near and inside:
         resolution = min(_FINER * resolution, MOST_VOXELS)
     budget = max(1, round(options.budget * _SHARES[kind]))
-    made = make_options(
-        longest, budget=budget, resolution=resolution, up=stand.ground or "y",
-        ground=stand.ground is not None, smallest_hole=min(stand.smallest_hole, longest),
+    made = make_options(  # of a mesh of any length: the hole keeps to it, and no bound is asked for
+        math.inf, budget=budget, resolution=resolution, up=ground or "y",
+        ground=ground is not None, smallest_hole=smallest_hole,
         # Viewers are between the objects, where a street is seen from few directions.
         fill="flood", conservative=inside, preset="draft", seed=options.seed,
         overhang=options.overhang if near and not inside else 1.0,

@@ -150,6 +150,17 @@ def clip_ears(ring):
     return ears
 
 
+@kernel("float64[:, :]")
+def ear_levels(ring):
+    """(n,) int32: the least number of triangles at which each vertex of ``ring`` (n, 2) is there,
+    where ears go as :func:`clip_ears` cuts them."""
+    ears = clip_ears(ring)
+    lowest = np.ones(len(ring), np.int32)
+    for step in range(len(ears)):
+        lowest[ears[step, 1]] = len(ears) - step
+    return lowest
+
+
 @kernel("float64[:, :], uint32[:]")
 def wind_triangles(ring, corners):
     """Triangles without area left out, the others wound counter-clockwise.

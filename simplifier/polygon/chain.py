@@ -19,7 +19,7 @@ import numpy as np
 
 from simplifier.geometry.mesh import IntArray
 from simplifier.geometry.section import Chain, Loop, Plane, signed_area
-from simplifier.kernels.chain import clip_ears, wind_triangles
+from simplifier.kernels.chain import clip_ears, ear_levels, wind_triangles
 
 
 def simplification_chain(ring: Loop, plane: Plane) -> Chain:
@@ -32,10 +32,7 @@ def simplification_chain(ring: Loop, plane: Plane) -> Chain:
     Vertices that are straight, spikes or repeated go first.  Of equal areas the vertex that comes
     first in the ring goes first.
     """
-    ears = clip_ears(ring)
-    lowest = np.ones(len(ring), dtype=np.int32)
-    lowest[ears[:, 1]] = np.arange(len(ears), 0, -1, dtype=np.int32)
-    return Chain(plane, ring, lowest)
+    return Chain(plane, ring, ear_levels(ring))
 
 
 _AREA_ERROR = 1e-9

@@ -115,6 +115,11 @@ def _maps(chains: Sequence[Chain], projections: FloatArray) -> FloatArray:
     # (p, 3, 3): plane coordinates (a, b, 1) to grid space, as columns u, v, depth * d.
     bases = np.stack([chain.plane.axes for chain in chains]).transpose(0, 2, 1).copy()
     bases[:, :, 2] *= np.array([chain.plane.depth for chain in chains])[:, None]
-    maps = np.einsum("vij,pjk->pvik", projections[:, :, :3], bases)
-    maps[..., 2] += projections[:, :, 3]
-    return np.ascontiguousarray(maps.reshape(len(chains), len(projections), 6))
+    # One column of all after the other: sums over the last axis, of three numbers, take longest.
+    rows = projections[:, :, :3].reshape(-1, 3)
+    columns = [
+        base[:, :1] * rows[:, 0] + base[:, 1:2] * rows[:, 1] + base[:, 2:] * rows[:, 2]
+        for base in np.moveaxis(bases, 2, 0)
+    ]
+    columns[2] += projections[:, :, 3].ravel()
+    return np.stack(columns, axis=2).reshape(len(chains), len(projections), 6)

@@ -17,7 +17,8 @@ from simplifier.selection.candidates import Candidates
 from simplifier.selection.greedy import Cut
 
 _POWERS = (1.0, 0.85)  # one search each; a lower power likes larger polygons
-_LEVEL_STEPS = 40  # levels grow by a third: those between change little that a search can see
+_LEVELS = np.unique(np.round(np.geomspace(1.0, 1e5, 40)).astype(np.int32))
+"""They grow by a third: those between change little that a search can see."""
 
 
 def choose_by_gain(
@@ -72,11 +73,10 @@ def _pairs(triangles: IntArray, budget: int) -> tuple[IntArray, IntArray, NDArra
 
     Levels grow by about a third; the last is the full one, if the budget allows it.
     """
-    steps = np.unique(np.round(np.geomspace(1.0, 1e5, _LEVEL_STEPS)).astype(np.int32))
-    chosen = [np.append(steps[steps < full], full) for full in np.minimum(triangles, budget)]
-    counts = np.array([len(levels) for levels in chosen])
-    return (
-        np.repeat(np.arange(len(triangles)), counts).astype(np.int32),
-        np.concatenate(chosen).astype(np.int32),
-        np.concatenate([[0], np.cumsum(counts)]).astype(np.int64),
-    )
+    full = np.minimum(triangles, budget).astype(np.int32)
+    counts = np.searchsorted(_LEVELS, full) + 1
+    firsts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
+    polygons = np.repeat(np.arange(len(triangles), dtype=np.int32), counts)
+    levels = np.append(_LEVELS, full[-1])[np.arange(firsts[-1]) - firsts[polygons]]
+    levels[firsts[1:] - 1] = full
+    return polygons, levels, firsts

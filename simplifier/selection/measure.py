@@ -26,7 +26,7 @@ from simplifier.geometry.views import (
     image_axes,
 )
 from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.measure import distance_sum, score_each
+from simplifier.kernels.measure import distance_sum, score_each, widen_ranges
 from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import Options
 from simplifier.progress import TellShare, silent
@@ -92,8 +92,7 @@ def fitted_projections(axes: FloatArray, points: FloatArray, half: float) -> Flo
     least, most = np.full(len(rows), np.inf), np.full(len(rows), -np.inf)
     step = max(_PRODUCTS // (3 * len(rows)), 1)
     for begin in range(0, len(points), step):
-        seen = points[begin : begin + step] @ rows.T
-        least, most = np.minimum(least, seen.min(axis=0)), np.maximum(most, seen.max(axis=0))
+        widen_ranges(points[begin : begin + step] @ rows.T, least, most)
     reach = half * np.abs(rows).sum(axis=1)
     low, high = (least - reach).reshape(-1, 2), (most + reach).reshape(-1, 2)
     scale = (SIZE - 2) / (high - low).max(axis=1)
@@ -113,4 +112,4 @@ def search_projections(
     if options.solid.viewers == "above":
         up = "xyz".index(options.solid.up)
         axes = image_axes(from_above(hemisphere_directions(count), up))
-    return fitted_projections(axes, solid.filled.column_ends() + margin, _SEEN)
+    return fitted_projections(axes, solid.filled.column_ends + margin, _SEEN)

@@ -25,11 +25,14 @@ from simplifier.kernels.voxelize import is_contained
 TRIES = 6
 """Moves tried at a triangle before another is drawn; they share what tells whether it is poor."""
 
-_GLANCE = 16  # views that a move is judged on first; then on four times as many, and so on
 _POOR = 0.1  # of the mean score a triangle: one that adds less may be put elsewhere
 _ELSEWHERE = 0.5  # how often it is
-_PLACES = 16  # of which the one with most gaps is tried
-_LOOKS = 16  # views in which gaps are looked for
+_PLACES = 16  # of which the one is tried that gains most
+_GUIDED = 0.5  # how often a corner's step is one of so many, too
+_LOOKS = 16  # views in which places are looked at: all of it takes less than a look at a move
+_LOSS = 2  # of a pixel that sticks out, beside one that is covered
+_LEAST = -1_000_000  # less than anything loses
+_ASIDE = 0.7  # of the way from a triangle's middle to a corner
 _DRAWS = 8  # of a corner at most, until it is in the room
 _REACH = 0.3  # how far the corners of a new triangle reach, as a share of the grid
 
@@ -127,93 +130,101 @@ def _place_anywhere(triangles, room, before, reach, state, trial):
 
 
 @inner_kernel
-def _count_gaps(triangle, projections, originals, layers, state):
-    """In how many of :data:`_LOOKS` views by lot the middle of a triangle lies in a gap.
+def _gain_at(x, y, z, first, projections, originals, layers):
+    """What it would gain to cover a point, in :data:`_LOOKS` views from ``first`` on: one in each
+    where it lies in the original and nothing covers it yet, less :data:`_LOSS` in each where it
+    lies outside and nothing does."""
+    gain, view = 0, first
+    for _ in range(_LOOKS):
+        m, there, union = projections[view], originals[view], layers[view, 0]
+        column = np.int64(np.floor(m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]))
+        row = np.int64(np.floor(m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]))
+        if 0 <= column < 64 and 0 <= row < 64:
+            inside = np.int64(there[row] >> np.uint64(column) & np.uint64(1))
+            bare = np.int64(~union[row] >> np.uint64(column) & np.uint64(1))
+            gain += bare * (inside * (1 + _LOSS) - _LOSS)
+        else:
+            gain -= _LOSS
+        view = view + 1 if view + 1 < len(projections) else 0
+    return gain
 
-    A gap is a pixel of the original that nothing covers, with eight neighbours of the same kind: no
-    triangle could fill a line of such pixels along an outline.
-    """
+
+@inner_kernel
+def _draw_step(point, step, views, layers, state, delta):
+    """Fill ``delta`` (3,) with a step by lot from ``point`` (3,), up to half of ``step`` a
+    coordinate; half of the time with the one of several that leads to where most is gained."""
+    projections, _, originals, _, _ = views
+    first = np.int64(_random(state) * len(projections))
+    draws = _PLACES if _random(state) < _GUIDED else 1
+    most = _LEAST
+    for _ in range(draws):
+        x = (_random(state) - 0.5) * step
+        y = (_random(state) - 0.5) * step
+        z = (_random(state) - 0.5) * step
+        gain = most + 1
+        if draws > 1:
+            gain = _gain_at(
+                point[0] + x, point[1] + y, point[2] + z, first, projections, originals, layers
+            )
+        if gain > most:
+            most = gain
+            delta[0], delta[1], delta[2] = x, y, z
+
+
+@inner_kernel
+def _gain_of(triangle, first, projections, originals, layers):
+    """As :func:`_gain_at`, of the middle of a triangle and of three points towards its corners."""
     x = (triangle[0, 0] + triangle[1, 0] + triangle[2, 0]) / 3.0
     y = (triangle[0, 1] + triangle[1, 1] + triangle[2, 1]) / 3.0
     z = (triangle[0, 2] + triangle[1, 2] + triangle[2, 2]) / 3.0
-    found = 0
-    for _ in range(_LOOKS):
-        view = np.int64(_random(state) * len(projections))
-        m, there, union = projections[view], originals[view], layers[view, 0]
-        column = np.int64(m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3])
-        row = np.int64(m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3])
-        if 0 <= column < 64 and 0 < row < 63:
-            bare = there[row - 1] & there[row] & there[row + 1]
-            bare &= ~(union[row - 1] | union[row] | union[row + 1])
-            bare &= (bare << np.uint64(1)) & (bare >> np.uint64(1))
-            found += np.int64(bare >> np.uint64(column) & np.uint64(1))
-    return found
+    gain = _gain_at(x, y, z, first, projections, originals, layers)
+    for k in range(3):
+        gain += _gain_at(
+            x + _ASIDE * (triangle[k, 0] - x), y + _ASIDE * (triangle[k, 1] - y),
+            z + _ASIDE * (triangle[k, 2] - z), first, projections, originals, layers,
+        )  # fmt: skip
+    return gain
 
 
 @inner_kernel
 def _place_elsewhere(triangles, views, layers, room, before, reach, state, trial, best):
-    """Write into ``trial`` (3, 3) that of several triangles by lot which lies in most gaps.
+    """Write into ``trial`` (3, 3) the one of several triangles by lot that gains most.
 
-    ``best`` (3, 3) is used up.  To count gaps takes less than to draw a triangle in one view.
+    ``best`` (3, 3) is used up.
     """
     projections, _, originals, _, _ = views
-    most = -1
+    most = _LEAST
     for _ in range(_PLACES):
         _place_anywhere(triangles, room, before, reach, state, trial)
-        found = _count_gaps(trial, projections, originals, layers, state)
-        if found > most:
-            most = found
+        first = np.int64(_random(state) * len(projections))
+        gain = _gain_of(trial, first, projections, originals, layers)
+        if gain > most:
+            most = gain
             best[:] = trial
     trial[:] = best
 
 
 @inner_kernel
-def _order_views(projections, order, ends, strides, blocks):
-    """The views in the order of the looks at a move: those of the first, the second's others, …
-
-    Writes ``order`` (V,) int64, where each look ends in it into ``ends``, and the projections in
-    that order into ``blocks``.  ``strides`` are powers of two: after a look, one view of so many
-    has been seen.  Returns the number of looks.
-    """
-    stride, seen, count, looks = 1, 0, 0, 0
-    while stride * 2 * _GLANCE <= len(projections):
-        stride *= 2
-    while True:
-        for view in range(0, len(projections), stride):
-            if seen == 0 or view % seen != 0:
-                order[count] = view
-                put_projection(projections[view], count, blocks)
-                count += 1
-        ends[looks], strides[looks] = count, stride
-        looks += 1
-        if stride == 1:
-            return looks
-        stride, seen = max(stride // 4, 1), stride
-
-
-@inner_kernel
 def _try_views(
-    p, q, r, index, looked_at, views, images, layers, scores, drawn, trial, union, part, edges,
-    work,
+    p, q, r, index, begin, end, blocks, views, images, layers, scores, drawn, trial, union, part,
+    edges, work,
 ):  # fmt: skip
-    """Score the views of one look with the triangle p, q, r at ``index``; return the change.
+    """Score the views ``begin`` to ``end`` with the triangle p, q, r at ``index``; return the
+    change.
 
-    ``looked_at`` are the views in the order of looks, their projections in blocks, and where this
-    look begins and ends.  Writes ``drawn`` (V, 64) and ``trial`` (V,) in those views.  Most moves
-    leave most unions as they are, behind other triangles: those views keep their score.
+    Writes ``drawn`` (V, 64) and ``trial`` (V,) in those views.  Most moves leave most unions as
+    they are, behind other triangles: those views keep their score.
     """
     projections, (away, limits, highest), originals, price, fines = views
-    order, blocks, begin, end = looked_at
     priced = images.shape[2] > 64
     change = np.int64(0)
-    found = begin  # the place of the first view whose edges are known
-    for place in range(begin, end):
-        if place == begin or place % BLOCK == 0:
-            found = place
-            find_edges(p, q, r, blocks, place, min(end, (place // BLOCK + 1) * BLOCK), edges)
-        view = order[place]
+    found = begin  # the first view whose edges are known
+    for view in range(begin, end):
+        if view == begin or view % BLOCK == 0:
+            found = view
+            find_edges(p, q, r, blocks, view, min(end, (view // BLOCK + 1) * BLOCK), edges)
         now, own, new = layers[view], images[index, view], drawn[view]
-        draw_found(edges, place - found, new)
+        draw_found(edges, view - found, new)
         work[0] += 1
         differs = np.uint64(0)
         for row in range(64):
@@ -248,19 +259,24 @@ def _try_views(
     "float64[:, :, :], float64[:, :, :], (float64[:, :], float32[:, :, :], float32[:, :]), "
     "uint64[:, :], int64, int64[:, :], (uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64), "
     "int64[:], uint64[:, :, :], uint64[:, :, :], int64[:], float64[:, :, :], int64[:], "
-    "uint64[:], int64, (float64, float64), (float64, float64), (float64, float64), int64[:]"
+    "uint64[:], int64[:, :], int64, (float64, float64), (float64, float64), (float64, float64), "
+    "int64[:]"
 )
 def anneal(
     triangles, projections, depths, originals, price, fines, room, before, images, layers, scores,
-    best, best_score, state, moves, shares, steps, heats, work,
+    best, best_score, state, looks, moves, shares, steps, heats, work,
 ):  # fmt: skip
     """Try ``moves`` moves, a multiple of :data:`TRIES`; ``shares`` of the search begin and end.
 
-    A corner moves by up to a step a coordinate; a move that gains is tried again in the same
-    direction.  A triangle that adds little is put elsewhere at times, mostly where a gap is.  A
-    move is taken when the triangle keeps to the ``room`` and the score rises, or falls by no more
-    than chance allows (simulated annealing).  ``steps`` (voxels) and ``heats`` (score) are first
-    and last values of the whole search, geometric in between.
+    A corner moves by up to a step a coordinate, half of the time to where most is to be gained; a
+    move that gains is tried again in the same direction.  A triangle that adds little is put
+    elsewhere at times, mostly where a gap is.  A move is taken when the triangle keeps to the
+    ``room`` and the score rises, or falls by no more than chance allows (simulated annealing).
+    ``steps`` (voxels) and ``heats`` (score) are first and last values of the whole search,
+    geometric in between.
+
+    A move is judged on some views first, then on more: each row of ``looks`` (n, 2) says at which
+    view a look ends, and how many times as many views there are.  The last one ends with all.
 
     ``triangles``, ``images``, ``layers`` and ``scores`` are the current state, ``best`` the best
     triangles yet, ``best_score`` (1,) int64 their score.  ``work`` (2,) int64 counts the views that
@@ -276,11 +292,10 @@ def anneal(
     delta = np.zeros(3)
     cells = room[1].shape
     reach = _REACH * max(cells[0], cells[1], cells[2])
-    order = np.zeros(len(scores), np.int64)
-    ends, strides = np.zeros(64, np.int64), np.zeros(64, np.int64)
     blocks = np.zeros((len(scores) + BLOCK - 1) // BLOCK * (8 * BLOCK))
+    for view in range(len(scores)):
+        put_projection(projections[view], view, blocks)
     edges = np.zeros(15 * BLOCK)
-    looks = _order_views(projections, order, ends, strides, blocks)
     total = np.sum(scores)
     index, moved = 0, 0
     again, poor = False, False
@@ -300,8 +315,7 @@ def anneal(
             if not again:
                 moved = np.int64(_random(state) * 3)
                 step = 2.0 * steps[0] * (steps[1] / steps[0]) ** share
-                for axis in range(3):
-                    delta[axis] = (_random(state) - 0.5) * step
+                _draw_step(trial[moved], step, views, layers, state, delta)
             for axis in range(3):
                 trial[moved, axis] += delta[axis]
         again = False
@@ -317,18 +331,20 @@ def anneal(
         least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_random(state) + 1e-300)
         change = np.int64(0)
         taken = True
-        for look in range(looks):
+        seen = 0
+        for look in range(len(looks)):
+            end, times = looks[look]
             # As dear as some fifty views, so it comes after a few and before most of them.
-            if look == looks - 1 and not is_contained(p, q, r, room):
+            if times == 1 and not is_contained(p, q, r, room):
                 taken = False
                 break
-            begin = ends[look - 1] if look > 0 else 0
             change += _try_views(
-                p, q, r, index, (order, blocks, begin, ends[look]), views, images, layers, scores,
-                drawn, trial_scores, union, part, edges, work,
+                p, q, r, index, seen, end, blocks, views, images, layers, scores, drawn,
+                trial_scores, union, part, edges, work,
             )  # fmt: skip
+            seen = end
             # A few views that lose this much are hardly made good by the others.
-            taken = change * strides[look] >= (2 * least if look < looks - 1 else least)
+            taken = change * times >= (2 * least if times > 1 else least)
             if not taken:
                 break
         if not taken:

@@ -170,7 +170,7 @@ class SelectionOptions(OptionSet):
 class RefineOptions(OptionSet):
     """How the chosen triangles are improved."""
 
-    moves: int = shared(SimplifyOptions, "moves", 26_400)
+    moves: int = shared(SimplifyOptions, "moves", 22_800)
     """Moves tried by each search, 0 to 100,000,000; 0 leaves the cut as it is.  More find better
     occluders; time grows in proportion."""
 
@@ -217,9 +217,9 @@ class Effort:
 
 
 PRESETS: dict[Preset, Effort] = {
-    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 8_400, 64, False),
-    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 26_400, 144, True),
-    "best": Effort(SectionOptions(directions=128, depths=4), 8, 115_200, 144, True),
+    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 6_000, 64, False),
+    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 22_800, 144, True),
+    "best": Effort(SectionOptions(directions=128, depths=4), 8, 96_000, 144, True),
 }
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,8 +28,9 @@ from simplifier.kernels.soup_views import (
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import precision_and_recall
 
-_STEPS = (6.0 / 64.0, 0.1 / 64.0)  # of the grid that a move spans at first and at last
-_HEATS = (1e-3, 2e-5)  # losses taken at first and at last, as shares of the original's measure
+_STEPS = (6.0 / 64.0, 0.3 / 64.0)  # of the grid that a move spans at first and at last
+_HEATS = (5e-4, 2e-5)  # losses taken at first and at last, as shares of the original's measure
+_GLANCE = 16  # views that a move is judged on first; then on four times as many, and so on
 _PULLS = 48  # steps, each a sixteenth of the way: a twentieth of the size is left at the end
 _PULL = 1.0 / 16.0
 _SHIFTS = np.array([0.0, 0.5, -0.5, 1.0, -1.0, 1.5, -1.5, 2.0, -2.0])  # voxels, tried in turn
@@ -42,7 +43,7 @@ Images = NDArray[np.uint64]
 class RefineViews:
     """What the search looks at.
 
-    ``projections``  (V, 2, 4).
+    ``projections``  (V, 2, 4), those of the first looks at a move first (:func:`order_of_looks`).
     ``originals``    (V, 64) the original's bits, those of the drawn triangles among them.
     ``drawn``        (k, 3, 3) triangles that hide too, whatever the search does; may be none.
     ``depths``       before which a triangle is in front; none where that costs nothing.
@@ -80,6 +81,26 @@ class RefineViews:
         there = np.zeros((len(self.projections), 64), dtype=np.uint64)
         draw_union(np.array(self.drawn), self.projections, NO_DEPTHS.arrays(), there)
         return np.pad(there, ((0, 0), (0, self.rows - 64)))
+
+
+@lru_cache
+def _looks(count: int) -> NDArray[np.int64]:
+    """(n, 2) of the looks at a move in so many views: at which one each ends, and how many times as
+    many there are."""
+    strides = [1]
+    while 2 * strides[-1] * _GLANCE <= count:
+        strides.append(2 * strides[-1])
+    strides = [*strides[:0:-2], 1]
+    return np.array([(-(-count // stride), stride) for stride in strides], dtype=np.int64)
+
+
+def order_of_looks(count: int) -> NDArray[np.int64]:
+    """(count,) which view comes when, of so many that are spread evenly: those of each look at a
+    move follow each other, and are spread evenly too."""
+    order, seen = np.arange(count), np.zeros(count, dtype=np.int64)
+    for _, stride in _looks(count):
+        seen += order % stride != 0
+    return np.argsort(seen, kind="stable")
 
 
 def empty_pictures(triangles: int, views: int, rows: int) -> tuple[Images, Images]:
@@ -179,7 +200,7 @@ class Annealing:
             self._views.originals,
             self._price, self._fines, self._room.voxels, self._before,
             self._images, self._layers, self._scores, self._best, self._best_score,
-            self._state, moves, shares, steps, heats, self.work,
+            self._state, _looks(len(self._scores)), moves, shares, steps, heats, self.work,
         )  # fmt: skip
 
     def reprice(self, prices: Prices) -> None:

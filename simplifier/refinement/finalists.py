@@ -26,6 +26,9 @@ OUTLINE = 512
 
 _WRONG = 2.0  # what a share hidden wrongly weighs beside one of recall
 _SHORT = 20.0  # and that part of it which falls short of the aim, as well
+DEAREST = _WRONG + _SHORT
+"""What a share hidden wrongly weighs at most, beside one of recall."""
+
 _BESIDE = 40.0  # what overhang past the aim weighs
 _WORST = 10.0  # and what it has past twice the aim in the worst view
 _BEFORE = 2.0  # what front past the aim weighs

@@ -27,7 +27,7 @@ from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
 from simplifier.refinement.annealing import Annealing, Prices, RefineViews, pull_each
-from simplifier.refinement.finalists import Outlines
+from simplifier.refinement.finalists import DEAREST, Outlines
 
 _SLICE = 400 * TRIES  # moves between two looks at the listener, at most
 _SLICES = 10  # of a search, at least
@@ -180,7 +180,7 @@ def pull_into(triangles: FloatArray, room: Room) -> FloatArray:
 
 
 _DEARER, _CHEAPER = 1.5, 0.8  # what a round changes the price by, at most
-_DEAREST = 200 * UNIT
+_DEAREST = round(UNIT * DEAREST)  # a search that pays more loses more than it is judged by
 _OVERLOOKED = 1.5  # what is hidden wrongly in all views, beside those that the search looks from
 
 _FINE = 800.0  # of a pixel past the outline at first: 25 units of twice a measure
@@ -248,7 +248,7 @@ class Bargain:
         wrong = (1.0 - search.precision()) / max(self._wrong, 1e-9)
         if wrong > 1.0:
             change = min(wrong**0.5, _DEARER) ** (1.0 - share) ** 0.5
-            self._price = min(int(self._price * change) + 1, _DEAREST)
+            self._price = min(int(self._price * change) + 1, max(_DEAREST, self._least))
         elif self._price > self._least:
             self._price = max(int(self._price * max(wrong, _CHEAPER)), self._least)
         if self._overhang < 1.0:

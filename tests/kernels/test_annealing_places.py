@@ -1,17 +1,26 @@
-"""Where triangles that add little are put: by a plain count of gaps, and on a part that is bare."""
+"""Where corners and triangles are put: by gains counted plainly, and on a part that is bare."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy import ndimage
 
 from simplifier.geometry.room import Room
 from simplifier.geometry.views import hemisphere_directions, image_axes
-from simplifier.kernels.annealing import TRIES, _count_gaps, _place_anywhere
+from simplifier.kernels.annealing import (
+    _ASIDE,
+    _LOOKS,
+    _LOSS,
+    TRIES,
+    _draw_step,
+    _gain_at,
+    _gain_of,
+    _place_anywhere,
+)
 from simplifier.kernels.coverage import coverage_masks
 from simplifier.kernels.soup_views import UNIT, all_contained
 from simplifier.refinement.annealing import Annealing, Prices, RefineViews, cells_before
+from simplifier.refinement.depths import NO_DEPTHS
 from tests.kernels.bits import blob, packed, unpacked
 from tests.pictures import sphere_projections
 
@@ -20,7 +29,6 @@ VIEWS = 12
 PROJECTIONS = sphere_projections(
     image_axes(hemisphere_directions(VIEWS)), np.full(3, SIZE / 2), SIZE / 2
 )
-LOOKS = 16  # of those that a count of gaps takes by lot
 PARTS = np.array([[6.0, 12.0, 12.0], [18.0, 12.0, 12.0]])  # centres of two balls
 RADIUS = 4.5
 
@@ -31,31 +39,60 @@ def two_balls():
     return np.any([((centres - part) ** 2).sum(axis=-1) < RADIUS**2 for part in PARTS], axis=0)
 
 
-def in_gap(point, view, original, union):
-    """Whether a point falls on a pixel that is bare with all of its neighbours."""
-    bare = ndimage.binary_erosion(
-        unpacked(original) & ~unpacked(union), np.ones((3, 3)), border_value=0
-    )
+def gain_in(view, point, original, union):
+    """Of a point in a view, from whole pictures."""
     column, row = np.floor(PROJECTIONS[view, :, :3] @ point + PROJECTIONS[view, :, 3]).astype(int)
-    return bool(0 <= column < 64 and 0 <= row < 64 and bare[row, column])
+    if not (0 <= column < 64 and 0 <= row < 64):
+        return -_LOSS
+    inside, covered = unpacked(original)[row, column], unpacked(union)[row, column]
+    return 0 if covered else 1 if inside else -_LOSS
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_gaps_are_counted_pixel_by_pixel(seed):
-    """Over many draws the count is that of all views, each as often as any other."""
+def test_gains_are_those_of_pixels(seed):
+    """Of points in and beside the grid; in views that follow each other, in a circle."""
     rng = np.random.default_rng(seed)
-    originals = np.stack([packed(blob(seed + view, 0.9)) for view in range(VIEWS)])
+    originals = np.stack([packed(blob(seed + view, 0.6)) for view in range(VIEWS)])
     layers = np.zeros((VIEWS, 3, 64), np.uint64)
-    layers[:, 0] = [packed(blob(99 + seed + view, 0.15)) for view in range(VIEWS)]
-    state = np.array([seed + 1], np.uint64)
-    for _ in range(6):
-        triangle = rng.uniform(6.0, 18.0, (3, 3))
+    layers[:, 0] = [packed(blob(99 + seed + view, 0.3)) for view in range(VIEWS)]
+    seen = (PROJECTIONS, originals, layers)
+
+    def plain(point, first):
+        views = [(first + look) % VIEWS for look in range(_LOOKS)]
+        return sum(gain_in(view, point, originals[view], layers[view, 0]) for view in views)
+
+    found = set()
+    for _ in range(30):
+        first, triangle = int(rng.integers(VIEWS)), rng.uniform(-4.0, SIZE + 4.0, (3, 3))
         middle = triangle.mean(axis=0)
-        places = zip(range(VIEWS), originals, layers[:, 0], strict=True)
-        share = np.mean([in_gap(middle, *place) for place in places])
-        found = [_count_gaps(triangle, PROJECTIONS, originals, layers, state) for _ in range(400)]
-        assert np.mean(found) / LOOKS == pytest.approx(share, abs=0.04)
-        assert share not in (0.0, 1.0) or set(found) == {round(LOOKS * share)}
+        points = [middle, *(middle + _ASIDE * (triangle - middle))]
+        found.add(plain(middle, first))
+        assert _gain_at(*middle, first, *seen) == plain(middle, first)
+        assert _gain_of(triangle, first, *seen) == sum(plain(point, first) for point in points)
+    assert min(found) < 0 < max(found)
+
+
+def test_half_of_all_steps_lead_to_gaps():
+    """A point at the edge of what is covered, with half of all steps to a gap and half beyond the
+    outline; of few steps by lot that go the right way one is drawn, half of the time."""
+    original, union = np.zeros((64, 64), bool), np.zeros((64, 64), bool)
+    original[:, :40], union[:, :32] = True, True
+    originals = np.repeat(packed(original)[None], VIEWS, axis=0)
+    layers = np.zeros((VIEWS, 3, 64), np.uint64)
+    layers[:, 0] = packed(union)
+    projections = np.zeros((VIEWS, 2, 4))
+    projections[:, 0, 0], projections[:, 1, 1] = 1.0, 1.0
+    views = (projections, NO_DEPTHS.arrays(), originals, np.int64(8), np.zeros((VIEWS, 2), int))
+    state, delta = np.array([5], np.uint64), np.zeros(3)
+    ends = []
+    for _ in range(1000):
+        _draw_step(np.array([32.0, 32.0, 32.0]), 60.0, views, layers, state, delta)
+        assert np.abs(delta).max() <= 30.0
+        ends.append(32.0 + delta[0])
+    share = np.mean([32.0 <= x < 40.0 for x in ends])
+    by_lot = 8.0 / 60.0
+    best_of_many = 1.0 - (1.0 - by_lot) ** 16
+    assert share == pytest.approx(0.5 * by_lot + 0.5 * best_of_many, abs=0.05)
 
 
 def test_corners_are_drawn_until_they_are_in_the_room():

@@ -18,7 +18,14 @@ from simplifier.kernels.soup_views import (
     all_contained,
     draw_union,
 )
-from simplifier.refinement.annealing import Annealing, Prices, RefineViews, cells_before
+from simplifier.refinement.annealing import (
+    Annealing,
+    Prices,
+    RefineViews,
+    _looks,
+    cells_before,
+    order_of_looks,
+)
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from tests.refinement.soups import ball, crossed_quads, score, views_of
 
@@ -257,3 +264,14 @@ def test_what_is_drawn_by_hand_hides_and_stands_in_front_of_nothing():
     assert not standing[:, 64:].any()
     plain = replace(views, depths=NO_DEPTHS)
     assert np.array_equal(plain.standing(), standing[:, :64])
+
+
+@pytest.mark.parametrize("count", [1, 16, 31, 32, 64, 144, 256, 1000])
+def test_looks_are_spread_evenly(count):
+    """Each look ends a longer and longer begin of the views, at equal distances; the last all."""
+    order, looks = order_of_looks(count), _looks(count)
+    assert sorted(order) == list(range(count))
+    for end, stride in looks:
+        assert sorted(order[:end]) == list(range(0, count, stride))
+    assert looks[-1].tolist() == [count, 1]
+    assert len(looks) == 1 or 16 <= looks[0, 0] <= 32

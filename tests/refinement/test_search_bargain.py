@@ -72,6 +72,16 @@ def test_a_price_that_buys_no_precision_settles():
     assert costs[-1] < 1.5**14 * UNIT / 2
 
 
+@pytest.mark.parametrize(("overcover", "most"), [(0.5, 22.0), (30.0, 30.0)])
+def test_the_price_ends_where_the_judge_pays_no_more(overcover, most):
+    """It rose to 58 for a machine, which lost a third of what it hid; precision was no better by
+    the pictures that judge.  What was asked for from the first remains."""
+    prices = bargain(overhang=1.0, overcover=overcover)
+    for _ in range(60):
+        prices.follow(Found(right=0.5), 0.1)
+    assert prices.prices.measure == UNIT * most
+
+
 def test_the_price_follows_the_precision():
     prices = bargain(overhang=1.0)
     base = prices.prices.measure

@@ -15,6 +15,7 @@ from simplifier.refinement.search import Stop, pull_into, refine
 _FAULTS = 0.12  # of recall, that what was found has to lose by its faults
 _MOVES = 0.75  # of those of the first search
 _MOST_MOVES = 30_000  # more gain nothing
+_FEWER_MOVES = 0.5  # where there are fewer triangles
 _DOUBTFUL = 0.08  # of recall: faults that make a search with fewer triangles worth its time
 _SUFFICES = 0.5  # of recall: below it, that many triangles never do
 
@@ -93,8 +94,8 @@ def search_with_fewer(
     """
     if judge.worth(chosen) < _SUFFICES or not is_doubtful(found, chosen, judge):
         return None
-    few = budget // PART
-    again = refine(begin(few), room, views, few, options, seed, stop, None, judge.views.outlines)
+    few, fewer = budget // PART, replace(options, moves=round(_FEWER_MOVES * options.moves))
+    again = refine(begin(few), room, views, few, fewer, seed, stop, None, judge.views.outlines)
     hides = [one for one in again if judge.recall(one) >= judge.recall(chosen)]
     best = judge.best_of([chosen, *hides])
     return best if any(best is one for one in hides) else None

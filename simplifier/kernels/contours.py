@@ -44,7 +44,6 @@ _FAR = 1e4  # pixels: up to there it does
 _CELLS = 1023  # along the mesh's longest side: ten bits of a place on the curve
 _SPREAD = ((16, 0xFF0000FF), (8, 0x0F00F00F), (4, 0xC30C30C3), (2, 0x49249249))
 
-
 LEAST_LENGTH = 1e-300
 """Of what is divided by: the quotient is then finite."""
 

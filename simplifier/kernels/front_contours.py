@@ -30,6 +30,7 @@ from simplifier.kernels.clusters import (
 )
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.contours import (
+    LEAST_LENGTH,
     EdgeTable,
     contour_lists,
     draw_contour,
@@ -85,7 +86,7 @@ def _turned(
 
     Only time depends on it.  ``depths`` (V, 3) rise away from the viewer.
     """
-    away = depths / np.maximum(np.linalg.norm(depths, axis=1, keepdims=True), 1e-300)
+    away = depths / np.maximum(np.linalg.norm(depths, axis=1, keepdims=True), LEAST_LENGTH)
     near = moments[0] - away @ moments[1:]
     return np.asarray((near * axes[:, :3]).sum(axis=1) < 0.0)
 

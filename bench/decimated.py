@@ -32,7 +32,7 @@ from simplifier.kernels.decimate import decimate
 from simplifier.options.stages import RefineOptions, make_options
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
-from simplifier.refinement.annealing import RefineViews, order_of_looks
+from simplifier.refinement.annealing import RefineViews, by_looks
 from simplifier.refinement.search import refine
 from simplifier.refinement.starts import (
     cluster_vertices,
@@ -74,8 +74,8 @@ class Scene:
         return f"{report.recall:.1%} at {report.precision:.2%} ({len(faces)})"
 
     def refined(self, surface: Surface, moves: int) -> Surface:
-        projections = search_projections(self.solid, make_options(1.0), 64, self.room.margin)
-        projections = projections[order_of_looks(64)]
+        seen_from = search_projections(self.solid, make_options(1.0), 64, self.room.margin)
+        projections = by_looks(seen_from)
         points = self.solid.filled.to_grid(self.mesh.vertices) + self.room.margin
         seen = RefineViews(projections, silhouettes(points, self.mesh.faces, projections))
         start = surface[0][surface[1]] + self.room.margin

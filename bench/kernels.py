@@ -31,7 +31,7 @@ from simplifier.kernels.voxelize import mark_triangles
 from simplifier.options.stages import SectionOptions, make_options
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
-from simplifier.refinement.annealing import Annealing, Prices, RefineViews, order_of_looks
+from simplifier.refinement.annealing import Annealing, Prices, RefineViews, by_looks
 from simplifier.refinement.search import pull_into
 from simplifier.selection.measure import directional_measures, search_projections, silhouettes
 from simplifier.slicing.planes import plan_sections
@@ -149,8 +149,7 @@ def _annealing() -> Iterator[Row]:
     start = cut_solid(mesh, solid, options, watch, Deadline.after(None))
     room = coarse_room(solid.core, solid.reach)
     margin = room.margin
-    count = options.refine.views
-    projections = search_projections(solid, options, count, margin)[order_of_looks(count)]
+    projections = by_looks(search_projections(solid, options, options.refine.views, margin))
     originals = silhouettes(solid.core.to_grid(mesh.vertices) + margin, mesh.faces, projections)
     search = Annealing(
         pull_into(start + margin, room), room, RefineViews(projections, originals),

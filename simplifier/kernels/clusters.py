@@ -78,10 +78,13 @@ def _add_moments(own, moments):
 
 @inner_kernel
 def fill_map(projection, ball, sight):
-    """Fill ``sight`` (3, 5) float32, which leads from radii about the centre of the ball to pixels
-    with centres at the integers and to steps of depth: factors, what is added, and by how much
-    rounding may move the result.  (depth of step 0, steps a unit of depth): those of the vertices
-    are from 8 to 65528."""
+    """Fill ``sight`` (3, 5) float32, the map from radii about the ball's centre to column, row and
+    step of depth.
+
+    A row has three factors, what is added to their sum, and by how much rounding may move it.
+    Pixels have their centres at the integers.  Returns (depth of step 0, steps a unit of depth);
+    vertices have steps 8 to 65528.
+    """
     low, steps = _depth_steps(projection, ball)
     for axis in range(3):
         a, b, c, d = projection[axis]

@@ -206,6 +206,13 @@ def run_of_ones(first, count):
 
 
 @inline_kernel
+def columns_of_word(begin, end, word):
+    """The bits of a word of a row that are columns from ``begin`` to before ``end``."""
+    first, last = max(begin - 64 * word, 0), min(end - 64 * word, 64)
+    return run_of_ones(first, last - first) if first < last else np.uint64(0)
+
+
+@inline_kernel
 def lies_between(p, q, r):
     """Whether no pixel centre is in the box of a triangle: the fate of most of a fine mesh.
 

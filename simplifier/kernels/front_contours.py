@@ -38,7 +38,7 @@ from simplifier.kernels.contours import (
     sight_axes,
     transpose,
 )
-from simplifier.kernels.coverage import MaskArray, run_of_ones, views_at_a_time
+from simplifier.kernels.coverage import MaskArray, columns_of_word, project, views_at_a_time
 from simplifier.kernels.front import draw_nearest, settle_face
 from simplifier.kernels.threads import run_chunks
 
@@ -210,28 +210,14 @@ def _wait(hidden, shown, waiting):
 
 
 @inline_kernel
-def _cell(value, size):
-    """The first pixel with its centre at or past a coordinate."""
-    return np.uint32(np.int32(np.ceil(min(max(value, 0.0), size))))
-
-
-@inline_kernel
 def _draw(
     vertices, faces, face, projection, own, points, cells, depths, limits, hidden, waiting, seen
 ):
     """Take out of ``waiting`` what a triangle settles; ``own`` to ``depths`` are scratch."""
-    sixteen, size = np.uint32(16), float(len(limits))
-    a, b, c, d = projection[0]
-    e, f, g, h = projection[1]
-    d -= 0.5
-    h -= 0.5
     for corner in range(3):
-        vertex = faces[face, corner]
-        x, y, z = vertices[vertex, 0], vertices[vertex, 1], vertices[vertex, 2]
-        own[0, corner], own[1, corner], own[2, corner] = x, y, z
-        x, y = a * x + b * y + c * z + d, e * x + f * y + g * z + h
-        points[corner, 0], points[corner, 1] = x, y
-        cells[corner] = (_cell(y, size) << sixteen) | _cell(x, size)
+        for axis in range(3):
+            own[axis, corner] = vertices[faces[face, corner], axis]
+    project(own, projection, len(limits), len(limits), points, cells)
     settle_face(own, points, cells, projection[2], depths, 0, 1, 2, limits, hidden, waiting, seen)
 
 
@@ -286,9 +272,7 @@ def _waits(waiting, rectangle):
     left, right, top, bottom = rectangle
     asked = np.uint64(0)
     for word in range(left >> 6, (right + 63) >> 6):
-        begin, end = max(left - 64 * word, 0), min(right - 64 * word, 64)
-        if begin < end:
-            span = run_of_ones(begin, end - begin)
-            for row in range(top, bottom):
-                asked |= waiting[row, word] & span
+        span = columns_of_word(left, right, word)
+        for row in range(top, bottom):
+            asked |= waiting[row, word] & span
     return asked != 0

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import lowest_one
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
+from simplifier.kernels.coverage import columns_of_word
 from simplifier.kernels.threads import run_chunks
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
@@ -186,15 +187,6 @@ def _weighted_heights(height):
 
 
 @inline_kernel
-def _within(box, word):
-    """The bits of a word that are columns of the box."""
-    low, high = max(box[2] - 64 * word, 0), min(box[3] - 64 * word, 64)
-    if low >= high:
-        return np.uint64(0)
-    return (~np.uint64(0) >> np.uint64(64 - high + low)) << np.uint64(low)
-
-
-@inline_kernel
 def _words(box):
     """The first word with columns of the box, and the one after the last."""
     return box[2] >> 6, (box[3] + 63) >> 6
@@ -218,6 +210,13 @@ def _go_on(row, word, here, before, runs, begun):
     runs[1, word] = (here ^ shifted) | (here & shifted & runs[1, word])
 
 
+@inline_kernel
+def _next_level(levels, top, height):
+    """The height down to which a level that is taken off goes: that of the level below, or the
+    ``height`` of what comes."""
+    return max(height, levels[top - 1]) if top > 0 else height
+
+
 @inner_kernel
 def _full_area(first, second, box, runs, begun, starts, levels):
     """Weighted area of the rectangles that lie in both masks and in the box, as float64.
@@ -232,7 +231,7 @@ def _full_area(first, second, box, runs, begun, starts, levels):
     for row in range(box[0], box[1]):
         before = np.uint64(0)
         for word in range(begin, end):
-            here = first[row, word] & second[row, word] & _within(box, word)
+            here = first[row, word] & second[row, word] & columns_of_word(box[2], box[3], word)
             _go_on(row, word, here, before, runs, begun)
             before = here
         sum_of_row = 0
@@ -252,9 +251,7 @@ def _full_area(first, second, box, runs, begun, starts, levels):
                 while top > 0 and levels[top - 1] > height:
                     top -= 1
                     start = starts[top]
-                    below = height
-                    if top > 0:
-                        below = max(below, levels[top - 1])
+                    below = _next_level(levels, top, height)
                     sum_of_row += _weighted_widths(x - start) * (
                         _weighted_heights(levels[top]) - _weighted_heights(below)
                     )
@@ -289,7 +286,9 @@ def _outside_moments(original, occluder, box, sums, moments):
         sums[:] = 0
         outside = False
         for word in range(begin, end):
-            bits = occluder[row, word] & ~original[row, word] & _within(box, word)
+            bits = (
+                occluder[row, word] & ~original[row, word] & columns_of_word(box[2], box[3], word)
+            )
             while bits != 0:
                 one, place = lowest_one(bits)
                 bits ^= one
@@ -356,7 +355,7 @@ def _outside_pixels(
     for row in range(box[0], box[1]):
         before, any_outside = np.uint64(0), np.uint64(0)
         for word in range(begin, end):
-            here = occluder[row, word] & _within(box, word)
+            here = occluder[row, word] & columns_of_word(box[2], box[3], word)
             _go_on(row, word, here, before, runs, begun)
             before = here
             outside = here & ~original[row, word]
@@ -388,9 +387,8 @@ def _outside_pixels(
                 while top > 0 and levels[top - 1] > height:
                     top -= 1
                     start = starts[top]
-                    below = height
+                    below = _next_level(levels, top, height)
                     if top > 0:
-                        below = max(below, levels[top - 1])
                         youngest[top - 1] = min(youngest[top - 1], youngest[top])
                     if youngest[top] < levels[top]:
                         sum_of_row += _node_outside(

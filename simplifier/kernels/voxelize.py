@@ -233,6 +233,8 @@ def _all_below(low, high, strides, layers, limit):
 
 @inline_kernel
 def _cells_below(low, high, most, limit):
+    """As :func:`_all_below` along the axes as they are, where strides would cost a fortieth of a
+    terrain's run."""
     for x in range(low[0], high[0] + 1):
         for y in range(low[1], high[1] + 1):
             for z in range(low[2], high[2] + 1):

@@ -43,7 +43,7 @@ Images = NDArray[np.uint64]
 class RefineViews:
     """What the search looks at.
 
-    ``projections``  (V, 2, 4), those of the first looks at a move first (:func:`order_of_looks`).
+    ``projections``  (V, 2, 4), those of the first looks at a move first (:func:`by_looks`).
     ``originals``    (V, 64) the original's bits, those of the drawn triangles among them.
     ``drawn``        (k, 3, 3) triangles that hide too, whatever the search does; may be none.
     ``depths``       before which a triangle is in front; none where that costs nothing.
@@ -94,13 +94,13 @@ def _looks(count: int) -> NDArray[np.int64]:
     return np.array([(-(-count // stride), stride) for stride in strides], dtype=np.int64)
 
 
-def order_of_looks(count: int) -> NDArray[np.int64]:
-    """(count,) which view comes when, of so many that are spread evenly: those of each look at a
-    move follow each other, and are spread evenly too."""
-    order, seen = np.arange(count), np.zeros(count, dtype=np.int64)
-    for _, stride in _looks(count):
-        seen += order % stride != 0
-    return np.argsort(seen, kind="stable")
+def by_looks(projections: FloatArray) -> FloatArray:
+    """(V, 2, 4) projections that are spread evenly, in another order: those of each look at a move
+    follow each other, and are spread evenly too."""
+    numbers, after = np.arange(len(projections)), np.zeros(len(projections), dtype=np.int64)
+    for _, stride in _looks(len(projections)):
+        after += numbers % stride != 0
+    return projections[np.argsort(after, kind="stable")]
 
 
 def empty_pictures(triangles: int, views: int, rows: int) -> tuple[Images, Images]:

@@ -19,7 +19,7 @@ from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Best, Deadline, Stopwatch, silent
-from simplifier.refinement.annealing import RefineViews, order_of_looks
+from simplifier.refinement.annealing import RefineViews, by_looks
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
 from simplifier.refinement.search import Stop, hidden_share, pull_into, refine
@@ -395,7 +395,7 @@ def _views(
 
     def drawn(count: int) -> RefineViews:
         tell(0.0)
-        projections = search_projections(solid, options, count, margin)[order_of_looks(count)]
+        projections = by_looks(search_projections(solid, options, count, margin))
         drawing = deadline.rest()
 
         def keep_pace(share: float) -> None:

@@ -23,8 +23,8 @@ from simplifier.refinement.annealing import (
     Prices,
     RefineViews,
     _looks,
+    by_looks,
     cells_before,
-    order_of_looks,
 )
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from tests.refinement.soups import ball, crossed_quads, score, views_of
@@ -269,7 +269,7 @@ def test_what_is_drawn_by_hand_hides_and_stands_in_front_of_nothing():
 @pytest.mark.parametrize("count", [1, 16, 31, 32, 64, 144, 256, 1000])
 def test_looks_are_spread_evenly(count):
     """Each look ends a longer and longer begin of the views, at equal distances; the last all."""
-    order, looks = order_of_looks(count), _looks(count)
+    order, looks = by_looks(np.arange(count)), _looks(count)
     assert sorted(order) == list(range(count))
     for end, stride in looks:
         assert sorted(order[:end]) == list(range(0, count, stride))

@@ -9,7 +9,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.options.stages import Options
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
-from simplifier.refinement.annealing import RefineViews, order_of_looks
+from simplifier.refinement.annealing import RefineViews, by_looks
 from simplifier.refinement.finalists import FineViews, Judge, Outlines
 from simplifier.refinement.search import pull_into, refine
 from simplifier.refinement.second_search import search_again
@@ -34,9 +34,8 @@ def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occlu
     cut = cut_solid(mesh, solid_to_cut(solid, room), options, watch, Deadline.after(None))
     margin = room.margin
     original = thin_for_pictures(solid.core.to_grid(mesh.vertices) + margin, mesh.faces)
-    count = options.refine.views
-    seen = search_projections(solid, options, count, margin)[order_of_looks(count)]
-    small = shrunk(seen, pixels)
+    seen_from = by_looks(search_projections(solid, options, options.refine.views, margin))
+    small = shrunk(seen_from, pixels)
     views = RefineViews(small, silhouettes(*original, small))
     aims, budget = options.refine, options.selection.budget
     room = narrowed_room(room, views, aims.overhang, budget)

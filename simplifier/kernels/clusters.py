@@ -1,4 +1,4 @@
-"""One look tells whether triangles of a fine mesh lie before or behind limits of depth: of most.
+"""Whether triangles of a fine mesh lie before or behind limits of depth: for most, one look tells.
 
 Sixteen triangles that are next to each other are a *cluster*, with a box around it.  In a view the
 limits become the least and the greatest of blocks of 1 to 16 pixels a side that begin at each

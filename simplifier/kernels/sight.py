@@ -19,6 +19,9 @@ PHASES = 8
 
 FRAME = 12
 
+BLOCK = 1024
+"""Candidates that are looked at together: their places and counts stay in the nearest caches."""
+
 
 @inner_kernel
 def fill_outlines(frame, outlines):
@@ -62,12 +65,38 @@ def list_offsets(outlines, width, counts, offsets):
         counts[phase] = count
 
 
-@kernel("int16[:, :], float64[:, :], int64, int64, float32[:, :, :, :]")
-def draw_voxels(voxels, frames, begin, end, depths):
+@kernel("int16[:, :], int64[:], float64[:, :], int64, int64, bool[:, :, :]")
+def mark_needed(places, live, frames, begin, end, needed):
+    """Set ``needed`` (a, s, s) of the lines of sight ``begin`` to ``end`` where a candidate lies,
+    and in the eight pixels around: what shows elsewhere tells :func:`count_sight` nothing.
+
+    ``places`` and ``live`` as there.
+    """
+    size = needed.shape[1]
+    half = 0.5 * size
+    for line in range(begin, end):
+        needed[line] = False
+        f = frames[line]
+        for block in range(len(live)):
+            for one in range(block * BLOCK, block * BLOCK + live[block]):
+                x = places[one, 0] + 0.5 - f[9]
+                y = places[one, 1] + 0.5 - f[10]
+                z = places[one, 2] + 0.5 - f[11]
+                row = np.int64(f[0] * x + f[1] * y + f[2] * z + half)
+                column = np.int64(f[3] * x + f[4] * y + f[5] * z + half)
+                for near in range(row - 1, row + 2):
+                    needed[line, near, column - 1] = True
+                    needed[line, near, column] = True
+                    needed[line, near, column + 1] = True
+
+
+@kernel("int16[:, :], float64[:, :], bool[:, :, :], int64, int64, float32[:, :, :, :]")
+def draw_voxels(voxels, frames, needed, begin, end, depths):
     """Draw the lines of sight ``begin`` to ``end``: depths of the nearest and the farthest voxel.
 
-    ``voxels``  (n, 3) int16, voxel (i, j, k) with its centre half a voxel further on.
+    ``voxels``  (3, n) int16: i, j, k of each, whose centre is half a voxel further on.
     ``frames``  (a, 12) float64.
+    ``needed``  (a or more, s, s) bool: voxels with their centre in other pixels are left out.
     ``depths``  (a or more, s, s, 2) float32: nearest and farthest, voxels along d; infinite where
                 nothing is.  The two lie side by side, as both are written and read at once.
     """
@@ -76,28 +105,37 @@ def draw_voxels(voxels, frames, begin, end, depths):
     outlines = np.empty((PHASES, PHASES), np.int64)
     counts = np.empty(PHASES * PHASES, np.int64)
     offsets = np.empty((PHASES * PHASES, 9), np.int64)
+    middles, phases = np.empty((2, BLOCK), np.int32)
+    own = np.empty(BLOCK, np.float32)
     for line in range(begin, end):
-        frame = frames[line]
+        frame, wanted = frames[line], needed[line].reshape(-1)
+        f0, f1, f2, f3, f4, f5, f6, f7, f8, m0, m1, m2 = frame
         fill_outlines(frame, outlines)
         list_offsets(outlines, size, counts, offsets)
         picture = depths[line].reshape(-1, 2)
         for pixel in range(len(picture)):
             picture[pixel, 0] = np.inf
             picture[pixel, 1] = -np.inf
-        for index in range(len(voxels)):
-            x = voxels[index, 0] + 0.5 - frame[9]
-            y = voxels[index, 1] + 0.5 - frame[10]
-            z = voxels[index, 2] + 0.5 - frame[11]
-            u = frame[0] * x + frame[1] * y + frame[2] * z + half
-            v = frame[3] * x + frame[4] * y + frame[5] * z + half
-            depth = np.float32(frame[6] * x + frame[7] * y + frame[8] * z)
-            row, column = np.int64(u), np.int64(v)
-            phase = np.int64((u - row) * PHASES) * PHASES + np.int64((v - column) * PHASES)
-            middle = row * size + column
-            for one in range(counts[phase]):
-                pixel = np.uint64(middle + offsets[phase, one])
-                picture[pixel, 0] = min(picture[pixel, 0], depth)
-                picture[pixel, 1] = max(picture[pixel, 1], depth)
+        for first in range(0, voxels.shape[1], BLOCK):
+            there = min(BLOCK, voxels.shape[1] - first)
+            for one in range(there):  # apart from the picture, so that it runs eight at a time
+                x = voxels[0, first + one] + 0.5 - m0
+                y = voxels[1, first + one] + 0.5 - m1
+                z = voxels[2, first + one] + 0.5 - m2
+                u = f0 * x + f1 * y + f2 * z + half
+                v = f3 * x + f4 * y + f5 * z + half
+                own[one] = f6 * x + f7 * y + f8 * z
+                row, column = np.int32(u), np.int32(v)
+                middles[one] = row * size + column
+                phases[one] = np.int32((u - row) * PHASES) * PHASES + np.int32((v - column) * PHASES)
+            for one in range(there):
+                middle, phase = np.int64(middles[one]), phases[one]
+                if not wanted[middle]:
+                    continue
+                for offset in range(counts[phase]):
+                    pixel = np.uint64(middle + offsets[phase, offset])
+                    picture[pixel, 0] = min(picture[pixel, 0], own[one])
+                    picture[pixel, 1] = max(picture[pixel, 1], own[one])
 
 
 @kernel("bool[:, :, :], int64[:], int64, int64, int16[:, :]")
@@ -111,10 +149,6 @@ def list_voxels(marked, firsts, begin, end, places):
                 if marked[i, j, k]:
                     places[place, 0], places[place, 1], places[place, 2] = i, j, k
                     place += 1
-
-
-BLOCK = 1024
-"""Candidates that are looked at together: their places and counts stay in the nearest caches."""
 
 
 @kernel(

@@ -23,6 +23,7 @@ from simplifier.kernels.sight import (
     count_sight,
     draw_voxels,
     list_voxels,
+    mark_needed,
     mark_seen,
     picture_size,
 )
@@ -46,6 +47,7 @@ Looks = NDArray[np.uint8]
 Places = NDArray[np.int16]
 
 _AT_ONCE = 8  # lines of sight between two looks at which voxels need more
+_FEW = 2  # times fewer voxels than hide: then only what lies behind or before them is drawn
 _PLAIN = 96  # voxels along the longest edge up to which every voxel is looked at
 _CELL = 4  # voxels a side of the cells that finer grids are looked at in first
 
@@ -97,23 +99,33 @@ def few_see(
     seen = np.zeros(len(places), dtype=np.uint16)
     live = np.full(-(-len(places) // BLOCK), BLOCK)
     live[-1:] -= BLOCK * len(live) - len(places)
-    voxels = _shell(touched)
+    voxels = np.ascontiguousarray(_shell(touched).T)
     size = picture_size(touched.shape)
     depths = np.empty((_AT_ONCE, size, size, 2), dtype=np.float32)
+    needed = np.ones((_AT_ONCE, size, size), dtype=np.bool_)
     for first in range(0, len(frames), _AT_ONCE):
+        left = int(live.sum())
+        if left == 0:
+            break
         some, looks = frames[first : first + _AT_ONCE], senses[first : first + _AT_ONCE]
+        few = _FEW * left < voxels.shape[1]
 
-        def draw(begin: int, end: int, some: FloatArray = some) -> None:
-            draw_voxels(voxels, some, begin, end, depths)
+        def draw(begin: int, end: int, some: FloatArray = some, few: bool = few) -> None:
+            if few:
+                mark_needed(places, live, some, begin, end, needed)
+            draw_voxels(voxels, some, needed, begin, end, depths)
 
         def count(begin: int, end: int, some: FloatArray = some, looks: Looks = looks) -> None:
             count_sight(places, some, looks, depths, limit, begin, end, seen, live)
 
         run_chunks(draw, len(some))
-        run_chunks(count, len(live))
-    left = (np.arange(BLOCK) < live[:, None]).ravel()[: len(places)]
+        if few:  # so few are not worth a hand-over to another thread
+            count(0, len(live))
+        else:
+            run_chunks(count, len(live))
+    hardly = (np.arange(BLOCK) < live[:, None]).ravel()[: len(places)]
     hidden = np.zeros(touched.shape, dtype=np.bool_)
-    hidden[tuple(places[left].T)] = True
+    hidden[tuple(places[hardly].T)] = True
     return hidden
 
 

@@ -1,8 +1,8 @@
-"""The processor, for one who measures a mesh several times: what was found out of it is kept.
+"""The processor, for one who draws a mesh several times: what was found out of it is kept.
 
 A report draws the same silhouettes for precision and recall and for the front, and needs the edges
-of the mesh for each picture.  What is kept is of the mesh of most triangles that came so far, which
-is known by its arrays, bit for bit.
+of the mesh for each picture; a refinement draws it in three sizes.  What is kept is of the mesh of
+most triangles that came so far, which is known by its arrays, bit for bit.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class KnownMesh:
     def table_of(self, vertices: Vertices, faces: Faces) -> EdgeTable:
         from simplifier.kernels.contours import edge_table  # small meshes need not load it
 
-        if self._table is not None and self._is(vertices, faces):
+        if self._table is not None and self.holds(vertices, faces):
             return self._table
         table = edge_table(vertices, faces)
         if len(faces) >= len(self.faces):
@@ -59,7 +59,7 @@ class KnownMesh:
     def masks_of(
         self, vertices: Vertices, faces: Faces, projections: NDArray[np.float64], image: int
     ) -> MaskArray | None:
-        if self._is(vertices, faces):
+        if self.holds(vertices, faces):
             for one in self._pictures:
                 if one.image == (image, image) and np.array_equal(one.projections, projections):
                     return one.masks
@@ -70,11 +70,11 @@ class KnownMesh:
         image: tuple[int, int], masks: MaskArray,
     ) -> None:  # fmt: skip
         """``masks`` (V, rows, words) of the mesh, drawn by ``projections`` (V, 2, 4)."""
-        if masks.nbytes <= _MOST_BYTES and self._is(vertices, faces):
+        if masks.nbytes <= _MOST_BYTES and self.holds(vertices, faces):
             others = [one for one in self._pictures if one.image != image]
             self._pictures = [*others, _Pictures(image, projections, masks)]
 
-    def _is(self, vertices: Vertices, faces: Faces) -> bool:
+    def holds(self, vertices: Vertices, faces: Faces) -> bool:
         same = np.array_equal(self.faces, faces)
         return same and np.array_equal(self.vertices, vertices)
 
@@ -109,6 +109,15 @@ class RememberingProcessor(Processor):
         return front_pixels(mesh, occluder, projections, image, threshold, self.known)
 
 
-def remembering(device: Device) -> Device:
-    """The same device for one report of a mesh, with the same results."""
-    return RememberingProcessor(device.remarks) if isinstance(device, Processor) else device
+def remembering(device: Device, mesh: tuple[Vertices, Faces] | None = None) -> Device:
+    """The same device, with the same results, for one who draws a mesh several times.
+
+    ``mesh``  vertices (n, 3) and faces (m, 3), where even a few views are worth finding its edges.
+    """
+    if not isinstance(device, Processor):
+        return device
+    if mesh is None:
+        return RememberingProcessor(device.remarks)
+    vertices, faces = mesh
+    known = KnownMesh(np.ascontiguousarray(vertices.T), faces)
+    return RememberingProcessor(device.remarks, known)

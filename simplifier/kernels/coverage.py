@@ -31,7 +31,8 @@ LARGEST_IMAGE = 65535
 _PLAIN: Sequence[Literal["C", "W", "A"]] = ("C", "W", "A")
 
 LEAST_VIEWS = 64
-"""In which a mesh is drawn by its contour: its table of edges costs what some thirty views do."""
+"""In which a mesh is drawn by its contour: its table of edges costs what some thirty views do.  One
+that is known is drawn so in any number."""
 
 MOST_FACES = 1 << 21
 """Of a mesh that is: the table takes 130 bytes a triangle while it is made."""
@@ -43,12 +44,18 @@ With more, limits of depth take too much memory; with fewer, more words are read
 _PIXELS_A_FACE = 32
 """At most, of a picture that is: what is counted by the pixel must not cost more than triangles."""
 
+_FACES_A_PIXEL = 16
+"""At most: most of more faces lie between pixels, which each tells as soon as its sides do."""
+
 LARGEST_VALUE = 1e100
 """Of coordinates and projections: crossings then never overflow, so no span leaves its row."""
 
 
 class Known(Protocol):
-    """What was found out of a mesh, ``vertices`` (3, n) and ``faces`` (m, 3), drawn before."""
+    """What was found out of a mesh, ``vertices`` (3, n) and ``faces`` (m, 3), drawn more than once."""
+
+    def holds(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> bool:
+        """Whether this is the mesh."""
 
     def table_of(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> EdgeTable:
         """:func:`~simplifier.kernels.contours.edge_table` of it."""
@@ -89,7 +96,11 @@ def coverage_masks(
     masks = np.zeros((len(views), rows, -(-columns // 64)), dtype=np.uint64)
     if len(indices) == 0:
         return masks
-    if by_contours(len(indices), len(views), rows * columns):
+    pixels = rows * columns
+    again = known is not None and known.holds(points, indices)
+    if by_contours(len(indices), len(views), pixels, again=again) and (
+        len(indices) <= _FACES_A_PIXEL * pixels
+    ):
         # Here, not above: it is built on this file, and small meshes need not load it.
         from simplifier.kernels.contours import draw_by_contours, edge_table
 
@@ -111,9 +122,13 @@ def views_at_a_time(views: int) -> int:
     return min(-(-views // thread_count()), VIEWS_AT_A_TIME)
 
 
-def by_contours(faces: int, views: int, pixels: int) -> bool:
-    """Whether so many triangles are drawn by their contour, if few of their edges are open."""
-    return views >= LEAST_VIEWS and faces <= MOST_FACES and _PIXELS_A_FACE * faces >= pixels
+def by_contours(faces: int, views: int, pixels: int, *, again: bool = False) -> bool:
+    """Whether so many triangles are drawn by their contour, if few of their edges are open.
+
+    ``again``  they are drawn in other views as well, by the same table of edges.
+    """
+    several = again or views >= LEAST_VIEWS
+    return several and faces <= MOST_FACES and _PIXELS_A_FACE * faces >= pixels
 
 
 def unpack_masks(masks: MaskArray, columns: int) -> NDArray[np.bool_]:

@@ -10,6 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from simplifier.device.choice import open_device
+from simplifier.device.device import Device
+from simplifier.device.remembering import remembering
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.room import Room
@@ -118,7 +120,7 @@ def _sealed(
     lines = search_projections(solid, options, _SEALING_VIEWS) * (OUTLINE / 64)
     lines = np.random.default_rng(options.seed).permutation(lines)  # near ones show the same
     placed = solid.core.to_grid(mesh.vertices)
-    device = open_device(options.device)
+    device = remembering(open_device(options.device), (placed, mesh.faces))
     return withdraw(triangles, placed, mesh.faces, lines, OUTLINE, _CLEAN_VIEWS, device)
 
 
@@ -141,8 +143,9 @@ def _moved(
     placed += margin
     original = _two_as_one(thin_for_pictures(placed, mesh.faces), as_mesh(drawn))
     del placed
+    device = remembering(open_device(options.device), original)
     try:
-        views = _views(original, drawn, solid, options, margin, watch, deadline)
+        views = _views(original, drawn, solid, options, margin, watch, deadline, device)
     except _StoppedError:
         if solid.reach > 0 and not overrides.open and options.error_bound is None:
             return _unmoved(start, ERROR_VOXELS)
@@ -161,7 +164,7 @@ def _moved(
 
         return stop
 
-    aims, device = options.refine, open_device(options.device)
+    aims = options.refine
 
     def depths(lines: FloatArray, size: int) -> Depths:
         if aims.front >= 1.0:
@@ -386,6 +389,7 @@ def _views(
     margin: float,
     watch: Stopwatch,
     deadline: Deadline,
+    device: Device,
 ) -> RefineViews:
     """The original as the search sees it, in fewer views where a time limit is short."""
 
@@ -403,7 +407,6 @@ def _views(
             if share < 0.5 < drawing.share:  # so slow that nothing would be left for refining
                 raise _StoppedError
 
-        device = open_device(options.device)
         heard = silent if watch.is_alone and not deadline.limited else keep_pace
         originals = silhouettes(*original, projections, heard, device)
         return RefineViews(projections, originals, by_hand)

@@ -33,12 +33,12 @@ from simplifier.options.stages import RefineOptions, make_options
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews, by_looks
+from simplifier.refinement.decimate import decimate_into
 from simplifier.refinement.search import refine
 from simplifier.refinement.starts import (
     cluster_vertices,
     enclosed_start,
     inner_surface,
-    sheet_start,
 )
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.solid import solidify
@@ -86,7 +86,7 @@ class Scene:
         return enclosed_start(self.room, budget)
 
     def sheet(self, budget: int) -> Surface:
-        return sheet_start(self.mesh, self.solid.filled, self.room, budget)
+        return decimate_into(*cluster_vertices(self.mesh, self.solid.filled), self.room, budget)
 
     def sections(self, budget: int) -> Surface:
         options = make_options(1.0, budget=budget)

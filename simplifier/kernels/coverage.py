@@ -52,7 +52,10 @@ LARGEST_VALUE = 1e100
 
 
 class Known(Protocol):
-    """What was found out of a mesh, ``vertices`` (3, n) and ``faces`` (m, 3), drawn more than once."""
+    """What was found out of a mesh that is drawn more than once.
+
+    ``vertices`` (3, n) and ``faces`` (m, 3) are those of what is to be drawn.
+    """
 
     def holds(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> bool:
         """Whether this is the mesh."""

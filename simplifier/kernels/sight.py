@@ -127,7 +127,9 @@ def draw_voxels(voxels, frames, needed, begin, end, depths):
                 own[one] = f6 * x + f7 * y + f8 * z
                 row, column = np.int32(u), np.int32(v)
                 middles[one] = row * size + column
-                phases[one] = np.int32((u - row) * PHASES) * PHASES + np.int32((v - column) * PHASES)
+                phases[one] = np.int32((u - row) * PHASES) * PHASES + np.int32(
+                    (v - column) * PHASES
+                )
             for one in range(there):
                 middle, phase = np.int64(middles[one]), phases[one]
                 if not wanted[middle]:

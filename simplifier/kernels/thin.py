@@ -12,10 +12,12 @@ for Ray Tracing" (1987).
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.compiled.kernel import inner_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.threads import run_chunks
 
 
@@ -45,6 +47,8 @@ def gather_first(vertices, low, step, numbers, points, chosen):
 Cells = tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.float64]]
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
+_FEWEST = 1 << 10  # slots of a table of cells, before it grows for the first time
+_BLOCK = 1024  # vertices whose cells are found before any is looked up
 
 
 def sum_up_cells(
@@ -64,14 +68,10 @@ def sum_up_cells(
     added up, which tell them apart.
     """
     most = min(len(vertices), int(shape.prod()))
-    bits = max(int(2 * most).bit_length(), 1)
-    names, numbers = np.full(1 << bits, -1, dtype=np.int64), np.empty(1 << bits, dtype=np.int32)
     chosen, keys = np.empty(len(vertices), dtype=np.int32), np.empty(most, dtype=np.int64)
     counts, sums = np.zeros(most, dtype=np.int64), np.zeros((most, 3))
     ends = np.ascontiguousarray(shape - 1)
-    count = gather_cells(
-        vertices, low, unit, size, ends, steps, names, numbers, chosen, keys, counts, sums
-    )
+    count = gather_cells(vertices, low, unit, size, ends, steps, chosen, keys, counts, sums)
     order = np.argsort(keys[:count])
     ranks = np.empty(count, dtype=np.int32)
     ranks[order] = np.arange(count, dtype=np.int32)
@@ -79,47 +79,78 @@ def sum_up_cells(
 
 
 @kernel(
-    "float64[:, :], float64[:], float64, float64, int64[:], int64[:], int64[:], int32[:], "
-    "int32[:], int64[:], int64[:], float64[:, :]"
+    "float64[:, :], float64[:], float64, float64, int64[:], int64[:], int32[:], int64[:], "
+    "int64[:], float64[:, :]"
 )
-def gather_cells(
-    vertices, low, unit, size, ends, steps, names, numbers, chosen, keys, counts, sums
-):
+def gather_cells(vertices, low, unit, size, ends, steps, chosen, keys, counts, sums):
     """Add up the ``vertices`` (n, 3) of each cell, as :func:`sum_up_cells` says; return how many.
 
     ``ends``    (3,) int64 the last cell along each axis.
-    ``names``   (2**b,) int64 with -1 in each, ``numbers`` int32: a table of what is found, more
-                than twice as long as there may be cells.
     ``chosen``  (n,) int32: the number of each vertex's cell, in the order in which they come.
     ``keys``, ``counts``  int64, ``sums``  (…, 3) float64, zeros: of each cell.
     """
-    count = 0
+    count, done, slots = 0, 0, _FEWEST
+    while done < len(vertices):
+        # As short as it may be: a table for as many cells as there may be would fit no cache.
+        slots *= 4
+        names, numbers = np.full(slots, -1, np.int64), np.empty(slots, np.int32)
+        for number in range(count):
+            slot = _slot_of(names, keys[number])
+            names[slot], numbers[slot] = keys[number], number
+        count, done = _gather_some(
+            vertices, low, unit, size, ends, steps, chosen, keys, counts, sums,
+            names, numbers, count, done,
+        )  # fmt: skip
+    return count
+
+
+@inline_kernel
+def _slot_of(names, key):
+    """Where a key is in a table (2**b,) int64, or would be; -1 where none is."""
     mask = np.int64(len(names) - 1)
-    last, number = np.int64(-1), np.int64(0)
-    for index in range(len(vertices)):
-        x = (vertices[index, 0] - low[0]) / unit
-        y = (vertices[index, 1] - low[1]) / unit
-        z = (vertices[index, 2] - low[2]) / unit
-        key = min(max(np.int64(x / size), 0), ends[0]) * steps[0]
-        key += min(max(np.int64(y / size), 0), ends[1]) * steps[1]
-        key += min(max(np.int64(z / size), 0), ends[2]) * steps[2]
-        if key != last:
-            last = key
-            slot = np.int64((np.uint64(key) * _GOLDEN) >> np.uint64(32)) & mask
-            while names[slot] != key and names[slot] >= 0:
-                slot = (slot + 1) & mask
+    slot = np.int64((np.uint64(key) * _GOLDEN) >> np.uint64(32)) & mask
+    while names[slot] != key and names[slot] >= 0:
+        slot = (slot + 1) & mask
+    return slot
+
+
+@inner_kernel
+def _gather_some(
+    vertices, low, unit, size, ends, steps, chosen, keys, counts, sums, names, numbers, count, done
+):
+    """(cells, vertices) that are counted once all vertices are, or the table is half full.
+
+    ``names`` and ``numbers``  (2**b,) the key and number of each of the ``count`` cells so far.
+    ``done``  vertices that are counted already.
+    """
+    places, cells = np.empty((3, _BLOCK)), np.empty(_BLOCK, np.int64)
+    for first in range(done, len(vertices), _BLOCK):
+        there = min(_BLOCK, len(vertices) - first)
+        for one in range(there):  # apart from the table, so that it divides eight at a time
+            x = (vertices[first + one, 0] - low[0]) / unit
+            y = (vertices[first + one, 1] - low[1]) / unit
+            z = (vertices[first + one, 2] - low[2]) / unit
+            places[0, one], places[1, one], places[2, one] = x, y, z
+            key = min(max(np.int64(x / size), 0), ends[0]) * steps[0]
+            key += min(max(np.int64(y / size), 0), ends[1]) * steps[1]
+            key += min(max(np.int64(z / size), 0), ends[2]) * steps[2]
+            cells[one] = key
+        for one in range(there):
+            key = cells[one]
+            slot = _slot_of(names, key)
             if names[slot] < 0:
+                if 2 * count >= len(names):
+                    return count, first + one
                 names[slot] = key
                 numbers[slot] = count
                 keys[count] = key
                 count += 1
             number = np.int64(numbers[slot])
-        chosen[index] = number
-        counts[number] += 1
-        sums[number, 0] += x
-        sums[number, 1] += y
-        sums[number, 2] += z
-    return count
+            chosen[first + one] = number
+            counts[number] += 1
+            for axis in range(3):
+                sums[number, axis] += places[axis, one]
+    return count, len(vertices)
 
 
 @kernel("int32[:, :], int32[:], int32[:, :]")
@@ -135,36 +166,38 @@ def keep_whole(faces, chosen, kept):
 
 
 _ON_EDGE = 1e-3  # cells; exporters round coordinates, and a slit as narrow as this is none
+_ROUNDING = 1e-12  # of an edge's square: what two ways to the square of a distance may differ by
 
 
 def crack_triangles(
     points: NDArray[np.float64],
     faces: NDArray[np.int32],
     chosen: NDArray[np.int32],
+    numbers: NDArray[np.int32],
 ) -> NDArray[np.int32]:
     """(k, 3) flat triangles over the T-junctions that moving opens; none where there are none.
 
     ``points`` (n, 3) in units of a cell, none below 0, ``faces`` (m, 3).  Vertex i moves to where
-    ``chosen[i]`` is, the same place for all in a cell.  Edges within two neighbouring cells open
+    ``chosen[i]`` is, the same place for all in a cell.  ``numbers`` (cx, cy, cz) holds that place
+    for each cell, and -1 where no vertex lies.  Edges within two neighbouring cells open
     none, nor does a vertex in the cell of an end.  Where what is left then has no border
     (:func:`has_border`), there are none, and looking for them takes time and room.
     """
     faces = np.ascontiguousarray(faces)
-    cells = points.astype(np.int64)
+    cells = points.astype(np.int32)
     edges = _edges_passing(faces, cells)
-    shape = np.array([column.max() + 1 for column in cells.T])
-    keys = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
-    starts = np.zeros(int(shape.prod()) + 2, dtype=np.int32)  # of many cells: 28 MiB of 192 a side
+    starts = np.zeros(int(chosen.max()) + 3, dtype=np.int32)
     held = np.empty(len(points), dtype=np.int32)
-    sort_by_cell(keys, starts, held)
+    sort_by_place(chosen, starts, held)
+    close = np.take(points, held, axis=0)  # what is tried one after the other lies side by side
     parts: dict[int, NDArray[np.int32]] = {}
 
     def find(begin: int, end: int) -> None:
         some = edges[begin:end]
         rows = int(np.abs(cells[some[:, 0]] - cells[some[:, 1]]).sum()) - len(some)
-        triangles = np.empty((rows, 3), dtype=np.int64)
-        count = t_junctions(points, cells, some, shape, starts, held, _ON_EDGE, triangles)
-        parts[begin] = triangles[:count].astype(np.int32)
+        triangles = np.empty((rows, 3), dtype=np.int32)
+        count = t_junctions(points, cells, some, numbers, starts, held, close, _ON_EDGE, triangles)
+        parts[begin] = triangles[:count]
 
     run_chunks(find, len(edges), least=_LEAST_EDGES)
     nothing = np.empty((0, 3), dtype=np.int32)
@@ -174,17 +207,16 @@ def crack_triangles(
 _LEAST_EDGES = 1024  # fewer are not worth a hand-over to another thread
 
 
-def _edges_passing(faces: NDArray[np.int32], cells: NDArray[np.int64]) -> NDArray[np.int64]:
+def _edges_passing(faces: NDArray[np.int32], cells: NDArray[np.int32]) -> NDArray[np.int32]:
     """(k, 2) the edges that pass a cell between their ends', each once, in order."""
-    edges = np.empty((len(faces) // 8 + 1024, 2), np.int64)
-    count = passing_edges(faces, cells, edges)
-    if count > len(edges):
-        edges = np.empty((count, 2), np.int64)
-        passing_edges(faces, cells, edges)
+    names = np.empty(faces.size, np.uint64)  # of which only what is written takes memory
+    count = passing_edges(faces, cells, names)
     # Sorted, not by np.unique: that goes by way of a table, which takes ten times as long.
-    numbers = np.sort(edges[:count, 0] * len(cells) + edges[:count, 1])
-    numbers = numbers[np.diff(numbers, prepend=-1) != 0]
-    return np.stack([numbers // len(cells), numbers % len(cells)], axis=1)
+    names = np.sort(names[:count])
+    another = np.ones(count, dtype=np.bool_)
+    another[1:] = names[1:] != names[:-1]
+    names = names[another]
+    return np.stack([names >> np.uint64(32), names & np.uint64(0xFFFFFFFF)], 1).astype(np.int32)
 
 
 def has_border(faces: NDArray[np.int32]) -> bool:
@@ -195,57 +227,58 @@ def has_border(faces: NDArray[np.int32]) -> bool:
     return bool((another[:-1] & another[1:]).any())
 
 
-@kernel("int64[:], int32[:], int32[:]")
-def sort_by_cell(keys, starts, held):
-    """Write 0 .. n - 1 to ``held`` (n,) int32, those of a cell together and in order.
+@kernel("int32[:], int32[:], int32[:]")
+def sort_by_place(chosen, starts, held):
+    """Write 0 .. n - 1 to ``held`` (n,) int32, those of a place together and in order.
 
-    ``keys``    (n,) int64 the cell of each.
-    ``starts``  (cells + 2,) int32 zeros; cell c then holds ``held[starts[c] : starts[c + 1]]``.
+    ``chosen``  (n,) int32 the place of each.
+    ``starts``  (places + 2,) int32 zeros; place p then holds ``held[starts[p] : starts[p + 1]]``.
     """
-    for index in range(len(keys)):
-        starts[keys[index] + 2] += 1
-    for cell in range(2, len(starts)):
-        starts[cell] += starts[cell - 1]
-    for index in range(len(keys)):
-        held[starts[keys[index] + 1]] = index
-        starts[keys[index] + 1] += 1
+    for index in range(len(chosen)):
+        starts[chosen[index] + 2] += 1
+    for place in range(2, len(starts)):
+        starts[place] += starts[place - 1]
+    for index in range(len(chosen)):
+        held[starts[chosen[index] + 1]] = index
+        starts[chosen[index] + 1] += 1
 
 
-@kernel("int32[:, :], int64[:, :], int64[:, :]")
-def passing_edges(faces, cells, edges):
-    """Write the edges that pass a cell between their ends', lower end first; returns their number.
+@kernel("int32[:, :], int32[:, :], uint64[:]")
+def passing_edges(faces, cells, names):
+    """Write the edges that pass a cell between their ends'; returns their number.
 
-    ``faces``  (m, 3) int32; ``cells`` (n, 3) int64 of the points.
-    ``edges``  (k, 2) int64: as many are written as it has rows.  An edge comes once a face.
+    ``faces``  (m, 3) int32; ``cells`` (n, 3) int32 of the points.
+    ``names``  (3 m,) uint64: the lower end times 2**32, and the other one.  An edge comes once a
+               face.
     """
     count = 0
     for face in range(len(faces)):
         for k in range(3):
             a, b = faces[face, k], faces[face, (k + 1) % 3]
-            way = 0
-            for axis in range(3):
-                way += abs(cells[a, axis] - cells[b, axis])
+            way = abs(cells[a, 0] - cells[b, 0])
+            way += abs(cells[a, 1] - cells[b, 1]) + abs(cells[a, 2] - cells[b, 2])
             if way >= 2:
-                if count < len(edges):
-                    edges[count, 0] = min(a, b)
-                    edges[count, 1] = max(a, b)
+                names[count] = np.uint64(min(a, b)) << np.uint64(32) | np.uint64(max(a, b))
                 count += 1
     return count
 
 
 @kernel(
-    "float64[:, :], int64[:, :], int64[:, :], int64[:], int32[:], int32[:], float64, int64[:, :]"
+    "float64[:, :], int32[:, :], int32[:, :], int32[:, :, :], int32[:], int32[:], "
+    "float64[:, :], float64, int32[:, :]"
 )
-def t_junctions(points, cells, edges, shape, starts, held, tolerance, triangles):
+def t_junctions(points, cells, edges, numbers, starts, held, close, tolerance, triangles):
     """Write flat triangles between edges and the vertices on them; returns how many.
 
-    ``points``     (n, 3) float64 in cells of a grid of ``shape`` (3,) int64.
-    ``cells``      (n, 3) int64: the cell of each point.
-    ``edges``      (k, 2) int64: pairs of points.
-    ``starts``, ``held``  (cells + 2,) and (n,) int32: cell c holds the points
-                   ``held[starts[c] : starts[c + 1]]``.
+    ``points``     (n, 3) float64 in cells of a grid.
+    ``cells``      (n, 3) int32: the cell of each point.
+    ``edges``      (k, 2) int32: pairs of points.
+    ``numbers``    (cx, cy, cz) int32: of each cell the place that its points move to, or -1.
+    ``starts``, ``held``  (places + 2,) and (n,) int32: place p is that of the points
+                   ``held[starts[p] : starts[p + 1]]``.
+    ``close``      (n, 3) float64: the points in the order of ``held``.
     ``tolerance``  cells; who is as near to the edge lies on it.
-    ``triangles``  (rows, 3) int64, a row for each cell that an edge passes between its ends.
+    ``triangles``  (rows, 3) int32, a row for each cell that an edge passes between its ends.
 
     Of a cell that an edge passes, its ends' cells apart, one vertex is taken, the first of those
     held.  From one to the next along the edge, and on to its end, the triangles fill what lies
@@ -257,6 +290,7 @@ def t_junctions(points, cells, edges, shape, starts, held, tolerance, triangles)
     ahead = np.empty(3, np.int64)
     following = np.empty(3)
     pace = np.empty(3)
+    start, along = np.empty(3), np.empty(3)
     for edge in range(len(edges)):
         a, b = edges[edge, 0], edges[edge, 1]
         squared = 0.0
@@ -272,7 +306,11 @@ def t_junctions(points, cells, edges, shape, starts, held, tolerance, triangles)
                 pace[k] = 1.0 / abs(way)
                 wall = place[k] + 1 if ahead[k] > 0 else place[k]
                 following[k] = abs(wall - points[a, k]) * pace[k]
-        before = a
+        before, length = a, math.sqrt(squared)
+        for k in range(3):
+            start[k] = points[a, k]
+            along[k] = (points[b, k] - points[a, k]) / length
+        reach = tolerance * tolerance + _ROUNDING * squared
         for _ in range(left[0] + left[1] + left[2] - 1):
             axis = -1
             for k in range(3):
@@ -281,9 +319,13 @@ def t_junctions(points, cells, edges, shape, starts, held, tolerance, triangles)
             place[axis] += ahead[axis]
             left[axis] -= 1
             following[axis] += pace[axis]
-            cell = (place[0] * shape[1] + place[1]) * shape[2] + place[2]
-            for index in range(starts[cell], starts[cell + 1]):
-                if _lies_on(points, held[index], a, b, squared, tolerance):
+            number = numbers[place[0], place[1], place[2]]
+            if number < 0:
+                continue
+            for index in range(starts[number], starts[number + 1]):
+                if _is_near(close[index], start, along, reach) and _lies_on(
+                    points, held[index], a, b, squared, tolerance
+                ):
                     triangles[count, 0] = before
                     triangles[count, 1] = held[index]
                     triangles[count, 2] = b
@@ -291,6 +333,15 @@ def t_junctions(points, cells, edges, shape, starts, held, tolerance, triangles)
                     count += 1
                     break
     return count
+
+
+@inline_kernel
+def _is_near(point, start, along, reach):
+    """Whether a point may lie on an edge from ``start`` on, ``along`` its direction of length 1:
+    which costs no division."""
+    x, y, z = point[0] - start[0], point[1] - start[1], point[2] - start[2]
+    share = x * along[0] + y * along[1] + z * along[2]
+    return x * x + y * y + z * z - share * share <= reach
 
 
 @inner_kernel

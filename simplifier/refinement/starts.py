@@ -35,26 +35,15 @@ def enclosed_start(room: Room, budget: int) -> tuple[FloatArray, IntArray]:
     return decimate_into(vertices - room.margin, faces, room, budget)
 
 
-def sheet_start(
-    mesh: TriangleMesh, filled: VoxelGrid, room: Room, budget: int
-) -> tuple[FloatArray, IntArray]:
-    """The mesh itself in at most ``budget`` triangles, for open sheets and thin parts.
-
-    Arguments and result as for :func:`enclosed_start`; ``mesh`` in world units.  Small components
-    are given up first.
-    """
-    return decimate_into(*cluster_vertices(mesh, filled), room, budget)
-
-
 def fine_starts(
     mesh: TriangleMesh, filled: VoxelGrid, rooms: Sequence[Room], budget: int
 ) -> list[tuple[FloatArray, IntArray]]:
     """The mesh itself in at most ``budget`` triangles, thinner than a voxel as it may be, by room.
 
-    The ``rooms`` are one, up to different limits.
+    The ``rooms`` are one, up to different limits; ``mesh`` in world units.
 
-    Arguments and results as for :func:`sheet_start`, whose cells leave nothing of a thin rod, or a
-    ribbon that is too wide.
+    Results as of :func:`enclosed_start`.  The cells of :func:`cluster_vertices` leave nothing of a
+    thin rod, or a ribbon that is too wide.
     """
     vertices, faces = weld_vertices(reduce_to(mesh, _MOST_FINE), filled)
     by_limit = {room.limit: room for room in rooms}  # often the same twice
@@ -75,12 +64,12 @@ _CELLS = 64  # along the longest edge, at most: what is finer only costs time
 
 
 def cluster_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray]:
-    """The mesh with all vertices in a cell moved to their mean; grid space.
+    """The mesh with all vertices in a cell moved to their mean, for open sheets and thin parts.
 
     Cells are voxels, or cubes of several in grids of more than 64 a side.  Returns ``vertices``
-    (n, 3) float64, each within a cell's diagonal of the vertices that it stands for, and ``faces``
-    (m, 3) int32 in the order of the input: those that keep three different vertices, once each.
-    Cracks that open at T-junctions are filled by more faces behind them.
+    (n, 3) float64 in grid space, each within a cell's diagonal of those that it stands for, and
+    ``faces`` (m, 3) int32 in the order of the input: those that keep three different vertices, once
+    each.  Cracks that open at T-junctions are filled by more faces behind them.
     """
     size = max(1.0, max(grid.shape) / _CELLS)
     shape = np.ceil(np.array(grid.shape) / size).astype(np.int64)
@@ -97,7 +86,9 @@ def cluster_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, I
         for axis, end in enumerate(np.nextafter(shape, 0.0)):
             # What rounding puts past the grid belongs to its last cells.
             np.clip(within[:, axis], 0.0, end, out=within[:, axis])
-        cracks = crack_triangles(within, mesh.faces, place)
+        numbers = np.full(shape, -1, dtype=np.int32)
+        numbers[tuple(within.astype(np.int32).T)] = place
+        cracks = crack_triangles(within, mesh.faces, place, numbers)
         if len(cracks):
             a, b, c = (closing := place[cracks]).T
             closing = closing[(a != b) & (b != c) & (c != a)]

@@ -1,4 +1,4 @@
-"""Triangles -> fewer triangles that look the same in small pictures.
+"""TriangleMesh -> TriangleMesh: fewer triangles that look the same in small pictures.
 
 A scan has tens of triangles a voxel, and drawing them all takes longer than the search does.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.mesh import TriangleMesh
 from simplifier.kernels.thin import crack_triangles, gather_first, has_border, keep_whole
 
 CELLS = 192
@@ -16,29 +16,29 @@ CELLS = 192
 _LEAST = 50_000  # triangles below which drawing them all takes no longer
 
 
-def thin_for_pictures(vertices: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
-    """Vertices (p, 3) and faces (k, 3) that are left when one vertex stands for all in its cell.
+def thinned(mesh: TriangleMesh) -> TriangleMesh:
+    """What is left when one vertex stands for all in its cell, a 192nd of the longest edge wide.
 
-    ``vertices`` (n, 3), ``faces`` (m, 3) int32; cells are a 192nd of the longest edge.  Corners
-    stay on the surface, so outlines do not grow, and a closed surface stays closed (vertex
-    clustering), one with T-junctions too.  Few faces are returned as they are.
+    Corners stay on the surface, so outlines do not grow, and a closed surface stays closed (vertex
+    clustering), one with T-junctions too: flat triangles close these.  A mesh of few faces is
+    returned as it is, and one that nothing would be left of.
     """
+    vertices, faces = mesh.vertices, mesh.faces
     if len(faces) < _LEAST:
-        return vertices, faces
-    # By column: a reduction of (n, 3) along its long axis takes numpy ten times as long.
-    low = np.array([column.min() for column in vertices.T])
-    extent = np.array([column.max() for column in vertices.T]) - low
-    step = float(extent.max()) / CELLS
-    numbers = np.full(tuple((extent / step).astype(np.int64) + 1), -1, dtype=np.int32)
+        return mesh
+    low, high = mesh.bounds
+    step = float((high - low).max()) / CELLS
+    numbers = np.full(tuple(((high - low) / step).astype(np.int64) + 1), -1, dtype=np.int32)
     points, chosen = np.empty_like(vertices), np.empty(len(vertices), dtype=np.int32)
     count = gather_first(vertices, low, step, numbers, points, chosen)
     kept = np.empty((len(faces), 3), dtype=np.int32)
-    whole = keep_whole(np.array(faces), chosen, kept)
-    left = kept[:whole]
+    left = kept[: keep_whole(faces, chosen, kept)]
+    if len(left) == 0:
+        return mesh
+    cracks = np.empty((0, 3), dtype=np.int32)
     if has_border(left):
         # Slits of T-junctions would be looked through, and nothing behind them seems hidden.
         placed = vertices - low
         placed /= step
-        cracks = crack_triangles(placed, faces, chosen)
-        left = np.concatenate([left, chosen[cracks]])
-    return points[:count], left
+        cracks = crack_triangles(placed, faces, chosen, numbers)
+    return TriangleMesh(points[:count].copy(), np.concatenate([left, chosen[cracks]]))

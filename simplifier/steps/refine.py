@@ -22,6 +22,7 @@ from simplifier.kernels.threads import run_chunks
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Best, Deadline, Stopwatch, silent
 from simplifier.refinement.annealing import RefineViews, by_looks
+from simplifier.refinement.decimate import decimate_into
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
 from simplifier.refinement.search import Stop, hidden_share, pull_into, refine
@@ -31,8 +32,12 @@ from simplifier.refinement.second_search import (
     search_again,
     search_with_fewer,
 )
-from simplifier.refinement.starts import enclosed_start, fine_starts, sheet_start
-from simplifier.refinement.thin import thin_for_pictures
+from simplifier.refinement.starts import (
+    cluster_vertices,
+    enclosed_start,
+    fine_starts,
+)
+from simplifier.refinement.thin import thinned
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
@@ -139,9 +144,10 @@ def _moved(
     if options.refine.moves == 0:
         return _unmoved(pull_into(start + margin, room) - margin, room.bound)
     drawn = solid.core.to_grid(overrides.triangles) + margin
-    placed = solid.core.to_grid(mesh.vertices)
+    shown = thinned(mesh)
+    placed = solid.core.to_grid(shown.vertices)
     placed += margin
-    original = _two_as_one(thin_for_pictures(placed, mesh.faces), as_mesh(drawn))
+    original = _two_as_one((placed, shown.faces), as_mesh(drawn))
     del placed
     device = remembering(open_device(options.device), original)
     try:
@@ -195,8 +201,8 @@ def _moved(
         return Judge(pictures, aims.precision, aims.overhang, front=aims.front)
 
     run = _Run(
-        start + margin, mesh, solid, room, options, views, outlines, judge, decimated, several,
-        deadline, tell, lambda: watch.cancelled,
+        start + margin, mesh, shown, solid, room, options, views, outlines, judge, decimated,
+        several, deadline, tell, lambda: watch.cancelled,
     )  # fmt: skip
     found = _never_worse(run, options.selection.budget, 0.0, 1.0)
     return replace(found, triangles=found.triangles - margin)
@@ -207,6 +213,7 @@ class _Run:
     """What all searches of a run share, whatever their budgets.
 
     ``start``    (m, 3, 3) planar sections, in the room's place.
+    ``shown``    what pictures show of the mesh.
     ``room``     as wide as the error bound lets it be.
     ``decimated``  whether searches begin from decimated surfaces, too.
     ``several``  whether there is time for all that these may call for.
@@ -214,6 +221,7 @@ class _Run:
 
     start: FloatArray
     mesh: TriangleMesh
+    shown: TriangleMesh
     solid: Solid
     room: Room
     options: Options
@@ -230,6 +238,11 @@ class _Run:
     def judge(self) -> Judge:
         """Only made where there is something to judge: its pictures take time."""
         return self.make_judge()
+
+    @cached_property
+    def clusters(self) -> tuple[FloatArray, IntArray]:
+        """The surface in cells of voxels, which is decimated to any number of triangles."""
+        return cluster_vertices(self.shown, self.solid.core)
 
     @property
     def again(self) -> bool:
@@ -270,7 +283,7 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
     room = narrowed_room(run.room, views, aims.overhang, budget)
     starts = [pull_into(run.start, room)]
     if run.decimated:
-        starts += _decimated_starts(run.mesh, run.solid, budget, room)
+        starts += _decimated_starts(run, budget, room)
     judged = run.several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
     first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))
     found = refine(
@@ -305,7 +318,7 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
             def make(few: int) -> list[FloatArray]:
                 if aims.searches == 1 and len(starts[0]) > 0:
                     return starts[:1]  # a single search begins with the first alone
-                return [starts[0], *_decimated_starts(run.mesh, run.solid, few, room)]
+                return [starts[0], *_decimated_starts(run, few, room)]
 
             fewer = search_with_fewer(
                 make, found, best, room, views, judge, budget, aims, seed, run.tell(second, end)
@@ -351,13 +364,11 @@ def _closing_share(several: bool) -> float:
     return 0.08 if several else 0.18
 
 
-def _decimated_starts(
-    mesh: TriangleMesh, solid: Solid, budget: int, room: Room
-) -> list[FloatArray]:
+def _decimated_starts(run: _Run, budget: int, room: Room) -> list[FloatArray]:
     """The solid's surface, and the mesh itself, in no more triangles."""
     makers = (
         lambda: enclosed_start(room, budget),
-        lambda: sheet_start(mesh, solid.core, room, budget),
+        lambda: decimate_into(*run.clusters, room, budget),
     )
     soups = [np.empty((0, 3, 3))] * len(makers)
 

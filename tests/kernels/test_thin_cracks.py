@@ -28,7 +28,9 @@ def cracks(points, faces):
     chosen = chosen_of(points)
     if not has_border(moved_of(faces, chosen)):
         return np.empty((0, 3), dtype=np.int32)
-    return crack_triangles(points, faces, chosen)
+    numbers = np.full(3 * [CELLS], -1, dtype=np.int32)
+    numbers[tuple(points.astype(np.int32).T)] = chosen
+    return crack_triangles(points, faces, chosen, numbers)
 
 
 def lies_on(p, a, b):

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.kernels.soup_views import all_contained
-from simplifier.refinement.starts import enclosed_start, sheet_start
+from simplifier.refinement.decimate import decimate_into
+from simplifier.refinement.starts import cluster_vertices, enclosed_start
 from simplifier.voxel.fill import fill
 from simplifier.voxel.room import coarse_room
 from simplifier.voxel.voxelize import voxelize
@@ -28,7 +29,7 @@ def starts_of(mesh, budget, resolution=24):
     room = coarse_room(grid, 1)
     return grid, {
         "enclosed": enclosed_start(room, budget),
-        "sheet": sheet_start(mesh, grid, room, budget),
+        "sheet": decimate_into(*cluster_vertices(mesh, grid), room, budget),
     }
 
 

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from bench.meshes import bumpy_sphere
+from simplifier.geometry.mesh import TriangleMesh, as_mesh
 from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
 from simplifier.kernels.coverage import coverage_masks, unpack_masks
+from simplifier.kernels.thin import has_border
 from simplifier.refinement import thin
-from simplifier.refinement.thin import CELLS, thin_for_pictures
+from simplifier.refinement.thin import CELLS, thinned
 from tests.extremes.transforms import REWRITINGS
 from tests.pictures import sphere_projections
 
@@ -26,50 +28,61 @@ def plain(vertices, faces):
 
 @pytest.fixture(scope="module")
 def ball():
-    mesh = bumpy_sphere(400_000)
-    return np.array(mesh.vertices), np.array(mesh.faces)
+    return bumpy_sphere(400_000)
 
 
-def test_it_is_what_dictionaries_give(ball):
-    points, faces = thin_for_pictures(*ball)
-    expected, count = plain(*ball)
-    assert faces.tolist() == expected
-    assert len(points) == count
+@pytest.fixture(scope="module")
+def few(ball):
+    return thinned(ball)
 
 
-def test_corners_are_vertices_of_the_input_and_most_triangles_go(ball):
-    points, faces = thin_for_pictures(*ball)
-    assert {point.tobytes() for point in points} <= {vertex.tobytes() for vertex in ball[0]}
-    assert 0.1 < len(faces) / len(ball[1]) < 0.9
-    assert (faces >= 0).all()
-    assert (faces < len(points)).all()
+def test_it_is_what_dictionaries_give(ball, few):
+    expected, count = plain(ball.vertices, ball.faces)
+    assert few.faces.tolist() == expected
+    assert len(few.vertices) == count
 
 
-def test_a_closed_surface_stays_closed(ball):
-    _, faces = thin_for_pictures(*ball)
+def test_corners_are_vertices_of_the_input_and_most_triangles_go(ball, few):
+    inputs = {vertex.tobytes() for vertex in ball.vertices}
+    assert {point.tobytes() for point in few.vertices} <= inputs
+    assert 0.1 < len(few.faces) / len(ball.faces) < 0.9
+    assert (few.faces >= 0).all()
+    assert (few.faces < len(few.vertices)).all()
+
+
+def test_a_closed_surface_stays_closed(few):
+    faces = few.faces
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     _, uses = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
     assert (uses % 2 == 0).all()
 
 
-def test_outlines_stay_and_do_not_grow(ball):
-    mesh = bumpy_sphere(400_000)
-    sphere = BoundingSphere.of(mesh)
+def picture(mesh, maps, pixels):
+    return unpack_masks(coverage_masks(mesh.vertices, mesh.faces, maps, pixels, pixels), pixels)
+
+
+def test_outlines_stay_and_do_not_grow(ball, few):
+    sphere = BoundingSphere.of(ball)
     maps = sphere_projections(image_axes(random_directions(24, 1)), sphere.centre, sphere.radius)
-    whole = unpack_masks(coverage_masks(*ball, maps, 64, 64), 64)
-    fewer = unpack_masks(coverage_masks(*thin_for_pictures(*ball), maps, 64, 64), 64)
-    assert (whole & ~fewer).sum() < 0.01 * whole.sum()
-    assert (fewer & ~whole).sum() < 0.001 * whole.sum()
+    whole, left = picture(ball, maps, 64), picture(few, maps, 64)
+    assert (whole & ~left).sum() < 0.01 * whole.sum()
+    assert (left & ~whole).sum() < 0.001 * whole.sum()
 
 
 def test_few_triangles_are_left_alone(ball, monkeypatch):
-    vertices, faces = ball
-    some = faces[: thin._LEAST - 1]
-    same = thin_for_pictures(vertices, some)
-    assert same[0] is vertices
-    assert same[1] is some
+    some = TriangleMesh(ball.vertices, ball.faces[: thin._LEAST - 1].copy())
+    assert thinned(some) is some
     monkeypatch.setattr(thin, "_LEAST", 1)
-    assert len(thin_for_pictures(vertices, some)[1]) < len(some)
+    assert len(thinned(some).faces) < len(some.faces)
+
+
+def test_dust_of_which_nothing_would_be_left_is_left_alone(monkeypatch):
+    monkeypatch.setattr(thin, "_LEAST", 1)
+    generator = np.random.default_rng(7)
+    specks = generator.random((50, 1, 3)) + 1e-4 * generator.random((50, 3, 3))
+    middles = np.floor(specks.mean(axis=1, keepdims=True) * 64.0) / 64.0 + 1e-3
+    dust = TriangleMesh.from_soup(*as_mesh(specks - specks[:, :1] + middles))
+    assert thinned(dust) is dust
 
 
 def test_slits_opened_along_the_edges_of_a_surface_cut_in_halves(monkeypatch):
@@ -79,11 +92,15 @@ def test_slits_opened_along_the_edges_of_a_surface_cut_in_halves(monkeypatch):
     halves = next(one for one in REWRITINGS if one.name == "cut in halves").of(mesh)
     sphere = BoundingSphere.of(mesh)
     maps = sphere_projections(image_axes(random_directions(8, 1)), sphere.centre, sphere.radius)
+    whole, left = picture(mesh, maps, 256), picture(thinned(halves), maps, 256)
+    assert (whole & ~left).sum() < 0.003 * whole.sum()
+    assert (left & ~whole).sum() < 0.003 * whole.sum()
 
-    def picture(vertices, faces):
-        return unpack_masks(coverage_masks(vertices, faces, maps, 256, 256), 256)
 
-    whole = picture(mesh.vertices, mesh.faces)
-    fewer = picture(*thin_for_pictures(np.array(halves.vertices), np.array(halves.faces)))
-    assert (whole & ~fewer).sum() < 0.003 * whole.sum()
-    assert (fewer & ~whole).sum() < 0.003 * whole.sum()
+def test_what_closes_slits_stays_closed_in_larger_cells(monkeypatch):
+    """So that starts, which are made of what is left, need not look for T-junctions again."""
+    monkeypatch.setattr(thin, "_LEAST", 1)
+    mesh = bumpy_sphere(40_000)
+    halves = next(one for one in REWRITINGS if one.name == "cut in halves").of(mesh)
+    assert has_border(halves.faces)
+    assert not has_border(thinned(halves).faces)

@@ -162,9 +162,7 @@ def test_what_is_needed_is_drawn_as_if_all_were():
             candidates = places[BLOCK * block :][:count] + 0.5 - middle
             rows, columns = (candidates @ axes[:2].T + size / 2).astype(int).T
             assert needed[line, rows, columns].all()
-            np.testing.assert_array_equal(
-                some[line, rows, columns], whole[line, rows, columns]
-            )
+            np.testing.assert_array_equal(some[line, rows, columns], whole[line, rows, columns])
     assert needed.mean() < 0.2
     assert np.isinf(some[..., 0]).sum() > np.isinf(whole[..., 0]).sum()
 

@@ -10,11 +10,12 @@ from simplifier.options.stages import Options
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews, by_looks
+from simplifier.refinement.decimate import decimate_into
 from simplifier.refinement.finalists import FineViews, Judge, Outlines
 from simplifier.refinement.search import pull_into, refine
 from simplifier.refinement.second_search import search_again
-from simplifier.refinement.starts import enclosed_start, sheet_start
-from simplifier.refinement.thin import thin_for_pictures
+from simplifier.refinement.starts import cluster_vertices, enclosed_start
+from simplifier.refinement.thin import thinned
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.refine import _FINE_VIEWS, _OUTLINES, narrowed_room
 from simplifier.steps.room import open_room, solid_to_cut
@@ -33,7 +34,8 @@ def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occlu
     room = open_room(mesh, solid, options)
     cut = cut_solid(mesh, solid_to_cut(solid, room), options, watch, Deadline.after(None))
     margin = room.margin
-    original = thin_for_pictures(solid.core.to_grid(mesh.vertices) + margin, mesh.faces)
+    shown = thinned(mesh)
+    original = solid.core.to_grid(shown.vertices) + margin, shown.faces
     seen_from = by_looks(search_projections(solid, options, options.refine.views, margin))
     small = shrunk(seen_from, pixels)
     views = RefineViews(small, silhouettes(*original, small))
@@ -42,7 +44,7 @@ def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occlu
     starts = [pull_into(cut + margin, room)]
     for vertices, faces in (
         enclosed_start(room, budget),
-        sheet_start(mesh, solid.core, room, budget),
+        decimate_into(*cluster_vertices(shown, solid.core), room, budget),
     ):
         starts.append(pull_into(vertices[faces] + margin, room))
     outlines = Outlines.of(*original, search_projections(solid, options, _OUTLINES, margin))

@@ -75,7 +75,7 @@ class KnownMesh:
             self._pictures = [*others, _Pictures(image, projections, masks)]
 
     def holds(self, vertices: Vertices, faces: Faces) -> bool:
-        same = np.array_equal(self.faces, faces)
+        same = self._table is not None and np.array_equal(self.faces, faces)
         return same and np.array_equal(self.vertices, vertices)
 
 
@@ -109,15 +109,6 @@ class RememberingProcessor(Processor):
         return front_pixels(mesh, occluder, projections, image, threshold, self.known)
 
 
-def remembering(device: Device, mesh: tuple[Vertices, Faces] | None = None) -> Device:
-    """The same device, with the same results, for one who draws a mesh several times.
-
-    ``mesh``  vertices (n, 3) and faces (m, 3), where even a few views are worth finding its edges.
-    """
-    if not isinstance(device, Processor):
-        return device
-    if mesh is None:
-        return RememberingProcessor(device.remarks)
-    vertices, faces = mesh
-    known = KnownMesh(np.ascontiguousarray(vertices.T), faces)
-    return RememberingProcessor(device.remarks, known)
+def remembering(device: Device) -> Device:
+    """The same device for one who draws a mesh several times, with the same results."""
+    return RememberingProcessor(device.remarks) if isinstance(device, Processor) else device

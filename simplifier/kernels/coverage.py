@@ -30,9 +30,10 @@ LARGEST_IMAGE = 65535
 
 _PLAIN: Sequence[Literal["C", "W", "A"]] = ("C", "W", "A")
 
-LEAST_VIEWS = 64
-"""In which a mesh is drawn by its contour: its table of edges costs what some thirty views do.  One
-that is known is drawn so in any number."""
+_LEAST_VIEWS = 32
+"""Of a pixel for each triangle, in which a mesh is drawn by its contour: so many pay for its table
+of edges.  More pixels make triangles dearer; of a few, most triangles lie between them, and each
+tells as soon as its edges do."""
 
 MOST_FACES = 1 << 21
 """Of a mesh that is: the table takes 130 bytes a triangle while it is made."""
@@ -44,8 +45,8 @@ With more, limits of depth take too much memory; with fewer, more words are read
 _PIXELS_A_FACE = 32
 """At most, of a picture that is: what is counted by the pixel must not cost more than triangles."""
 
-_FACES_A_PIXEL = 16
-"""At most: most of more faces lie between pixels, which each tells as soon as its sides do."""
+_FACES_A_PIXEL = 4
+"""At most, of a picture that is drawn by a table that is there anyway."""
 
 LARGEST_VALUE = 1e100
 """Of coordinates and projections: crossings then never overflow, so no span leaves its row."""
@@ -58,7 +59,7 @@ class Known(Protocol):
     """
 
     def holds(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> bool:
-        """Whether this is the mesh."""
+        """Whether this is the mesh, and its table of edges is there."""
 
     def table_of(self, vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> EdgeTable:
         """:func:`~simplifier.kernels.contours.edge_table` of it."""
@@ -99,11 +100,8 @@ def coverage_masks(
     masks = np.zeros((len(views), rows, -(-columns // 64)), dtype=np.uint64)
     if len(indices) == 0:
         return masks
-    pixels = rows * columns
-    again = known is not None and known.holds(points, indices)
-    if by_contours(len(indices), len(views), pixels, again=again) and (
-        len(indices) <= _FACES_A_PIXEL * pixels
-    ):
+    there = known is not None and known.holds(points, indices)
+    if by_contours(len(indices), len(views), rows * columns, there=there):
         # Here, not above: it is built on this file, and small meshes need not load it.
         from simplifier.kernels.contours import draw_by_contours, edge_table
 
@@ -125,13 +123,16 @@ def views_at_a_time(views: int) -> int:
     return min(-(-views // thread_count()), VIEWS_AT_A_TIME)
 
 
-def by_contours(faces: int, views: int, pixels: int, *, again: bool = False) -> bool:
+def by_contours(faces: int, views: int, pixels: int, *, there: bool = False) -> bool:
     """Whether so many triangles are drawn by their contour, if few of their edges are open.
 
-    ``again``  they are drawn in other views as well, by the same table of edges.
+    ``there``  the table of their edges is, from other pictures.
     """
-    several = again or views >= LEAST_VIEWS
-    return several and faces <= MOST_FACES and _PIXELS_A_FACE * faces >= pixels
+    if faces > MOST_FACES or pixels > _PIXELS_A_FACE * faces:
+        return False
+    if there:
+        return faces <= _FACES_A_PIXEL * pixels
+    return views**2 * pixels >= _LEAST_VIEWS**2 * faces  # the square of views by pixels a triangle
 
 
 def unpack_masks(masks: MaskArray, columns: int) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from simplifier.kernels.coverage import LEAST_VIEWS, MOST_FACES, VIEWS_AT_A_TIME
+from simplifier.kernels.coverage import VIEWS_AT_A_TIME, by_contours
 from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
 from simplifier.options.simplify import LITTLE_OVERHANG
@@ -260,7 +260,7 @@ def views(size: MeshSize, count: int, image: int, occluders: int) -> int:
     and their pixels; masks as bits.  In many views a table of edges as well, and of each thread
     crossings, counts (int32) and which way triangles face."""
     drawn = _VERTEX * size.vertices + _FACE * size.triangles
-    if count >= LEAST_VIEWS and size.triangles <= MOST_FACES:
+    if by_contours(size.triangles, count, image**2):
         drawn += _TABLE_FACE * size.triangles + thread_count() * (_CROSSINGS + 4 * image**2)
     scratch = min(thread_count(), count) * (16 + 4) * size.vertices
     return drawn + scratch + _masks(count, image, occluders)
@@ -288,7 +288,7 @@ def front(size: MeshSize, count: int, occluders: int) -> int:
     """
     drawn = _VERTEX * size.vertices + _FACE * size.triangles
     own = (16 + 4) * size.vertices + 8 * _FRONT_IMAGE**2
-    if count >= LEAST_VIEWS and size.triangles <= MOST_FACES:
+    if by_contours(size.triangles, count, _FRONT_IMAGE**2):
         drawn += 2 * _VERTEX * size.vertices + 2 * _MASKS_KEPT
         drawn += (_KEPT_FACE + _CLUSTER_FACE) * size.triangles
         own += 17 * size.triangles + _CROSSINGS + 4 * _FRONT_IMAGE**2

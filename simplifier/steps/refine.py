@@ -125,7 +125,7 @@ def _sealed(
     lines = search_projections(solid, options, _SEALING_VIEWS) * (OUTLINE / 64)
     lines = np.random.default_rng(options.seed).permutation(lines)  # near ones show the same
     placed = solid.core.to_grid(mesh.vertices)
-    device = remembering(open_device(options.device), (placed, mesh.faces))
+    device = remembering(open_device(options.device))
     return withdraw(triangles, placed, mesh.faces, lines, OUTLINE, _CLEAN_VIEWS, device)
 
 
@@ -149,7 +149,7 @@ def _moved(
     placed += margin
     original = _two_as_one((placed, shown.faces), as_mesh(drawn))
     del placed
-    device = remembering(open_device(options.device), original)
+    device = remembering(open_device(options.device))
     try:
         views = _views(original, drawn, solid, options, margin, watch, deadline, device)
     except _StoppedError:

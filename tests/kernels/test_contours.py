@@ -135,10 +135,27 @@ def test_the_order_of_triangles_and_vertices_does_not_matter():
     np.testing.assert_array_equal(table.vertices, both(RING, views, 40, 40)[2].vertices)
 
 
+@pytest.mark.parametrize(
+    ("faces", "views", "pixels", "expected"),
+    [
+        (4096, 32, 4096, True), (4096, 31, 4096, False),  # a pixel a triangle
+        (65_536, 128, 4096, True), (65_536, 127, 4096, False),  # most lie between pixels
+        (4096, 8, 65_536, True), (4096, 7, 65_536, False),  # all are drawn
+        (4096, 10_000, 131_073, False), (1 << 22, 10_000, 1 << 22, False),  # at all
+    ],
+)  # fmt: skip
+def test_views_that_a_table_of_edges_pays_for(faces, views, pixels, expected):
+    assert by_contours(faces, views, pixels) == expected
+
+
+@pytest.mark.parametrize(("faces", "expected"), [(16_384, True), (16_385, False), (127, False)])
+def test_one_that_is_there_is_used_in_any_number_of_views(faces, expected):
+    assert by_contours(faces, 1, 4096, there=True) == expected
+
+
 def test_a_fine_mesh_in_many_views_is_drawn_by_its_contour(monkeypatch):
     views, drawn = looks(64, 40), []
     assert by_contours(len(BALL.faces), 64, 40 * 40)
-    assert not by_contours(len(BALL.faces), 63, 40 * 40)
 
     def draw(*arguments):
         drawn.append(arguments)

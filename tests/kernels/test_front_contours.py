@@ -139,11 +139,11 @@ def test_the_side_that_faces_the_viewer_is_drawn_first(monkeypatch):
     down = np.eye(3, 4)[None] * [[32.0], [32.0], [1.0]]
     up = down * [[[1.0], [-1.0], [-1.0]]]
     for mesh in (solids.moved(BALL, 0.5, (3.0, 1.0, 2.0)), RING):
-        back = solids.TriangleMesh(mesh.vertices, mesh.faces[:, ::-1])
-        for one in (mesh, back):
-            both(one, HALF, looks(5, 64), 64)
-        assert (chosen[-2] != chosen[-1]).all()
-        assert len(set(chosen[-1])) == 1
+        both(mesh, HALF, looks(5, 64), 64)
+        forwards = chosen[-1]  # of as many calls as there are threads
+        both(solids.TriangleMesh(mesh.vertices, mesh.faces[:, ::-1]), HALF, looks(5, 64), 64)
+        assert (forwards != chosen[-1]).all()
+        assert len(set(forwards)) == 1
     both(sheet, HALF, np.concatenate([down, up]), 64)
     assert list(chosen[-1]) == [False, True]
 

@@ -12,8 +12,6 @@ for Ray Tracing" (1987).
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -153,6 +151,25 @@ def _gather_some(
     return count, len(vertices)
 
 
+def whole_faces(faces: NDArray[np.int32], chosen: NDArray[np.int32]) -> NDArray[np.int32]:
+    """(k, 3) int32 the ``faces`` (m, 3) whose vertices move to three places, by these, in order.
+
+    Vertex i moves to ``chosen[i]``.
+    """
+    kept = np.empty((len(faces), 3), dtype=np.int32)
+    parts: dict[int, NDArray[np.int32]] = {}
+
+    def keep(begin: int, end: int) -> None:
+        some = kept[begin:end]
+        parts[begin] = some[: keep_whole(faces[begin:end], chosen, some)]
+
+    run_chunks(keep, len(faces), least=_LEAST_FACES)
+    return np.concatenate([kept[:0], *(parts[begin] for begin in sorted(parts))])
+
+
+_LEAST_FACES = 1 << 16  # fewer are not worth a hand-over to another thread
+
+
 @kernel("int32[:, :], int32[:], int32[:, :]")
 def keep_whole(faces, chosen, kept):
     """Write the ``faces`` (m, 3) int32 whose chosen corners differ to ``kept``; their number."""
@@ -166,7 +183,16 @@ def keep_whole(faces, chosen, kept):
 
 
 _ON_EDGE = 1e-3  # cells; exporters round coordinates, and a slit as narrow as this is none
-_ROUNDING = 1e-12  # of an edge's square: what two ways to the square of a distance may differ by
+
+
+def border_places(faces: NDArray[np.int32], count: int) -> NDArray[np.bool_]:
+    """(count,) bool: the ends of edges that one face alone has.
+
+    ``faces`` (m, 3), of so many vertices.
+    """
+    border = np.zeros(count, dtype=np.bool_)
+    mark_border(faces, np.zeros(count + 2, dtype=np.int32), border)
+    return border
 
 
 def crack_triangles(
@@ -174,29 +200,29 @@ def crack_triangles(
     faces: NDArray[np.int32],
     chosen: NDArray[np.int32],
     numbers: NDArray[np.int32],
+    border: NDArray[np.bool_],
 ) -> NDArray[np.int32]:
     """(k, 3) flat triangles over the T-junctions that moving opens; none where there are none.
 
-    ``points`` (n, 3) in units of a cell, none below 0, ``faces`` (m, 3).  Vertex i moves to where
-    ``chosen[i]`` is, the same place for all in a cell.  ``numbers`` (cx, cy, cz) holds that place
-    for each cell, and -1 where no vertex lies.  Edges within two neighbouring cells open
-    none, nor does a vertex in the cell of an end.  Where what is left then has no border
-    (:func:`has_border`), there are none, and looking for them takes time and room.
+    ``points`` (n, 3) in units of a cell, none below 0, ``faces`` (m, 3).  Vertex i moves to the
+    place ``chosen[i]``, the same for all in a cell.  ``numbers`` (cx, cy, cz) holds the place of
+    each cell, and -1 where no vertex lies; ``border`` (places,) are the :func:`border_places` of
+    what is left then.  Edges within two neighbouring cells open none, nor does a vertex in the cell
+    of an end, nor an edge with an end that is on no border: where there is none at all, neither
+    are there such triangles, and looking for them takes time and room.
     """
-    faces = np.ascontiguousarray(faces)
     cells = points.astype(np.int32)
-    edges = _edges_passing(faces, cells)
-    starts = np.zeros(int(chosen.max()) + 3, dtype=np.int32)
+    edges = _edges_passing(np.ascontiguousarray(faces), cells, border[chosen])
+    starts = np.zeros(len(border) + 2, dtype=np.int32)
     held = np.empty(len(points), dtype=np.int32)
     sort_by_place(chosen, starts, held)
-    close = np.take(points, held, axis=0)  # what is tried one after the other lies side by side
     parts: dict[int, NDArray[np.int32]] = {}
 
     def find(begin: int, end: int) -> None:
         some = edges[begin:end]
         rows = int(np.abs(cells[some[:, 0]] - cells[some[:, 1]]).sum()) - len(some)
         triangles = np.empty((rows, 3), dtype=np.int32)
-        count = t_junctions(points, cells, some, numbers, starts, held, close, _ON_EDGE, triangles)
+        count = t_junctions(points, cells, some, numbers, starts, held, _ON_EDGE, triangles)
         parts[begin] = triangles[:count]
 
     run_chunks(find, len(edges), least=_LEAST_EDGES)
@@ -207,10 +233,13 @@ def crack_triangles(
 _LEAST_EDGES = 1024  # fewer are not worth a hand-over to another thread
 
 
-def _edges_passing(faces: NDArray[np.int32], cells: NDArray[np.int32]) -> NDArray[np.int32]:
-    """(k, 2) the edges that pass a cell between their ends', each once, in order."""
+def _edges_passing(
+    faces: NDArray[np.int32], cells: NDArray[np.int32], ends: NDArray[np.bool_]
+) -> NDArray[np.int32]:
+    """(k, 2) the edges that pass a cell between their ends', each once, in order; ``ends`` (n,)
+    tells of each vertex whether it may be one."""
     names = np.empty(faces.size, np.uint64)  # of which only what is written takes memory
-    count = passing_edges(faces, cells, names)
+    count = passing_edges(faces, cells, ends, names)
     # Sorted, not by np.unique: that goes by way of a table, which takes ten times as long.
     names = np.sort(names[:count])
     another = np.ones(count, dtype=np.bool_)
@@ -219,12 +248,35 @@ def _edges_passing(faces: NDArray[np.int32], cells: NDArray[np.int32]) -> NDArra
     return np.stack([names >> np.uint64(32), names & np.uint64(0xFFFFFFFF)], 1).astype(np.int32)
 
 
-def has_border(faces: NDArray[np.int32]) -> bool:
-    """Whether one face only of ``faces`` (m, 3) has some edge."""
-    begin, end = faces.reshape(-1).astype(np.int64), np.roll(faces, -1, axis=1).reshape(-1)
-    edges = np.sort(np.minimum(begin, end) << 32 | np.maximum(begin, end))
-    another = np.diff(edges, prepend=-1, append=-1) != 0
-    return bool((another[:-1] & another[1:]).any())
+@kernel("int32[:, :], int32[:], bool[:]")
+def mark_border(faces, starts, border):
+    """Set ``border`` (n,) bool as :func:`border_places` says; ``faces`` (m, 3) int32.
+
+    ``starts``  (n + 2,) int32, zeros.
+    """
+    for face in range(len(faces)):
+        for k in range(3):
+            starts[min(faces[face, k], faces[face, (k + 1) % 3]) + 2] += 1
+    for place in range(2, len(starts)):
+        starts[place] += starts[place - 1]
+    ends = np.empty(3 * len(faces), np.int32)  # of the edges of each place, as their lower end
+    for face in range(len(faces)):
+        for k in range(3):
+            a, b = faces[face, k], faces[face, (k + 1) % 3]
+            lower = min(a, b)
+            ends[starts[lower + 1]] = a ^ b ^ lower
+            starts[lower + 1] += 1
+    uses = np.zeros(len(border), np.int32)
+    for place in range(len(border)):
+        begin, end = starts[place], starts[place + 1]
+        for edge in range(begin, end):
+            uses[ends[edge]] += 1
+        for edge in range(begin, end):
+            if uses[ends[edge]] == 1:
+                border[place] = True
+                border[ends[edge]] = True
+        for edge in range(begin, end):
+            uses[ends[edge]] = 0
 
 
 @kernel("int32[:], int32[:], int32[:]")
@@ -243,11 +295,12 @@ def sort_by_place(chosen, starts, held):
         starts[chosen[index] + 1] += 1
 
 
-@kernel("int32[:, :], int32[:, :], uint64[:]")
-def passing_edges(faces, cells, names):
+@kernel("int32[:, :], int32[:, :], bool[:], uint64[:]")
+def passing_edges(faces, cells, ends, names):
     """Write the edges that pass a cell between their ends'; returns their number.
 
-    ``faces``  (m, 3) int32; ``cells`` (n, 3) int32 of the points.
+    ``faces``  (m, 3) int32; ``cells`` (n, 3) int32 of the points, and ``ends`` (n,) bool whether
+               an edge may end there.
     ``names``  (3 m,) uint64: the lower end times 2**32, and the other one.  An edge comes once a
                face.
     """
@@ -255,6 +308,8 @@ def passing_edges(faces, cells, names):
     for face in range(len(faces)):
         for k in range(3):
             a, b = faces[face, k], faces[face, (k + 1) % 3]
+            if not (ends[a] and ends[b]):
+                continue
             way = abs(cells[a, 0] - cells[b, 0])
             way += abs(cells[a, 1] - cells[b, 1]) + abs(cells[a, 2] - cells[b, 2])
             if way >= 2:
@@ -264,10 +319,10 @@ def passing_edges(faces, cells, names):
 
 
 @kernel(
-    "float64[:, :], int32[:, :], int32[:, :], int32[:, :, :], int32[:], int32[:], "
-    "float64[:, :], float64, int32[:, :]"
+    "float64[:, :], int32[:, :], int32[:, :], int32[:, :, :], int32[:], int32[:], float64, "
+    "int32[:, :]"
 )
-def t_junctions(points, cells, edges, numbers, starts, held, close, tolerance, triangles):
+def t_junctions(points, cells, edges, numbers, starts, held, tolerance, triangles):
     """Write flat triangles between edges and the vertices on them; returns how many.
 
     ``points``     (n, 3) float64 in cells of a grid.
@@ -276,7 +331,6 @@ def t_junctions(points, cells, edges, numbers, starts, held, close, tolerance, t
     ``numbers``    (cx, cy, cz) int32: of each cell the place that its points move to, or -1.
     ``starts``, ``held``  (places + 2,) and (n,) int32: place p is that of the points
                    ``held[starts[p] : starts[p + 1]]``.
-    ``close``      (n, 3) float64: the points in the order of ``held``.
     ``tolerance``  cells; who is as near to the edge lies on it.
     ``triangles``  (rows, 3) int32, a row for each cell that an edge passes between its ends.
 
@@ -290,7 +344,6 @@ def t_junctions(points, cells, edges, numbers, starts, held, close, tolerance, t
     ahead = np.empty(3, np.int64)
     following = np.empty(3)
     pace = np.empty(3)
-    start, along = np.empty(3), np.empty(3)
     for edge in range(len(edges)):
         a, b = edges[edge, 0], edges[edge, 1]
         squared = 0.0
@@ -306,11 +359,7 @@ def t_junctions(points, cells, edges, numbers, starts, held, close, tolerance, t
                 pace[k] = 1.0 / abs(way)
                 wall = place[k] + 1 if ahead[k] > 0 else place[k]
                 following[k] = abs(wall - points[a, k]) * pace[k]
-        before, length = a, math.sqrt(squared)
-        for k in range(3):
-            start[k] = points[a, k]
-            along[k] = (points[b, k] - points[a, k]) / length
-        reach = tolerance * tolerance + _ROUNDING * squared
+        before = a
         for _ in range(left[0] + left[1] + left[2] - 1):
             axis = -1
             for k in range(3):
@@ -323,9 +372,7 @@ def t_junctions(points, cells, edges, numbers, starts, held, close, tolerance, t
             if number < 0:
                 continue
             for index in range(starts[number], starts[number + 1]):
-                if _is_near(close[index], start, along, reach) and _lies_on(
-                    points, held[index], a, b, squared, tolerance
-                ):
+                if _lies_on(points, held[index], a, b, squared, tolerance):
                     triangles[count, 0] = before
                     triangles[count, 1] = held[index]
                     triangles[count, 2] = b
@@ -333,15 +380,6 @@ def t_junctions(points, cells, edges, numbers, starts, held, close, tolerance, t
                     count += 1
                     break
     return count
-
-
-@inline_kernel
-def _is_near(point, start, along, reach):
-    """Whether a point may lie on an edge from ``start`` on, ``along`` its direction of length 1:
-    which costs no division."""
-    x, y, z = point[0] - start[0], point[1] - start[1], point[2] - start[2]
-    share = x * along[0] + y * along[1] + z * along[2]
-    return x * x + y * y + z * z - share * share <= reach
 
 
 @inner_kernel

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
-from simplifier.kernels.thin import keep_whole, sum_up_cells
+from simplifier.kernels.thin import sum_up_cells, whole_faces
 
 _COARSER = 0.95  # beyond what the numbers ask for, so that few rounds are needed
 
@@ -37,8 +37,7 @@ def _cluster(mesh: TriangleMesh, cells: int) -> TriangleMesh:
     steps = np.array([1, shape[0], shape[0] * shape[1]])
     place, counts, sums = sum_up_cells(mesh.vertices, low, 1.0, edge / cells, shape, steps)
     means = low + sums / counts[:, None]
-    kept = np.empty((len(mesh.faces), 3), dtype=np.int32)
-    left = _once(kept[: keep_whole(mesh.faces, place, kept)])
+    left = _once(whole_faces(mesh.faces, place))
     specks = mesh.faces[_largest(mesh, place, left)]
     return TriangleMesh.from_soup(
         np.concatenate([means, mesh.vertices[specks].reshape(-1, 3)]),

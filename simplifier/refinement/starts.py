@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.room import WHOLE, Room
 from simplifier.geometry.solid import BoolArray, VoxelGrid
-from simplifier.kernels.thin import crack_triangles, has_border, keep_whole, sum_up_cells
+from simplifier.kernels.thin import border_places, crack_triangles, sum_up_cells, whole_faces
 from simplifier.kernels.threads import run_chunks
 from simplifier.refinement.decimate import coarse, decimate_into
 from simplifier.refinement.fields import smoothed
@@ -78,9 +78,9 @@ def cluster_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, I
         mesh.vertices, grid.origin, grid.cell_size, size, shape, steps
     )
     vertices = sums / counts[:, None]
-    kept = np.empty((len(mesh.faces), 3), dtype=np.int32)
-    faces = _once(kept[: keep_whole(mesh.faces, place, kept)], len(vertices))
-    if has_border(faces):
+    faces = _once(whole_faces(mesh.faces, place), len(vertices))
+    border = border_places(faces, len(vertices))
+    if border.any():
         within = grid.to_grid(mesh.vertices)
         within /= size
         for axis, end in enumerate(np.nextafter(shape, 0.0)):
@@ -88,7 +88,7 @@ def cluster_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, I
             np.clip(within[:, axis], 0.0, end, out=within[:, axis])
         numbers = np.full(shape, -1, dtype=np.int32)
         numbers[tuple(within.astype(np.int32).T)] = place
-        cracks = crack_triangles(within, mesh.faces, place, numbers)
+        cracks = crack_triangles(within, mesh.faces, place, numbers, border)
         if len(cracks):
             a, b, c = (closing := place[cracks]).T
             closing = closing[(a != b) & (b != c) & (c != a)]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.geometry.mesh import TriangleMesh
-from simplifier.kernels.thin import crack_triangles, gather_first, has_border, keep_whole
+from simplifier.kernels.thin import border_places, crack_triangles, gather_first, whole_faces
 
 CELLS = 192
 """Along the longest edge: a third of a pixel of a picture, so outlines shrink by less than that."""
@@ -31,14 +31,13 @@ def thinned(mesh: TriangleMesh) -> TriangleMesh:
     numbers = np.full(tuple(((high - low) / step).astype(np.int64) + 1), -1, dtype=np.int32)
     points, chosen = np.empty_like(vertices), np.empty(len(vertices), dtype=np.int32)
     count = gather_first(vertices, low, step, numbers, points, chosen)
-    kept = np.empty((len(faces), 3), dtype=np.int32)
-    left = kept[: keep_whole(faces, chosen, kept)]
+    left = whole_faces(faces, chosen)
     if len(left) == 0:
         return mesh
-    cracks = np.empty((0, 3), dtype=np.int32)
-    if has_border(left):
+    cracks, border = np.empty((0, 3), dtype=np.int32), border_places(left, count)
+    if border.any():
         # Slits of T-junctions would be looked through, and nothing behind them seems hidden.
         placed = vertices - low
         placed /= step
-        cracks = crack_triangles(placed, faces, chosen, numbers)
+        cracks = crack_triangles(placed, faces, chosen, numbers, border)
     return TriangleMesh(points[:count].copy(), np.concatenate([left, chosen[cracks]]))

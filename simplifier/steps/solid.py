@@ -9,7 +9,7 @@ from simplifier.geometry.mesh import FloatArray, Reach, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import Closing, Solid
-from simplifier.kernels.thin import has_border
+from simplifier.kernels.thin import border_places
 from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.voxel.core import barred_voxels, core, deepest, open_regions
@@ -184,14 +184,14 @@ _ROUNDING = 1e-9
 
 def is_closed(mesh: TriangleMesh) -> bool:
     """Whether every edge of the mesh has another face, vertices at one place being one."""
-    if not has_border(mesh.faces):
+    if not border_places(mesh.faces, len(mesh.vertices)).any():
         return True
     gap = _ROUNDING * float(mesh.extent.max())
     places = np.zeros(len(mesh.vertices), dtype=np.int64)
     for column in mesh.vertices.T:
         numbers = _numbered(column, gap)
         _, places = np.unique(places * (numbers.max() + 1) + numbers, return_inverse=True)
-    return not has_border(places.astype(np.int32)[mesh.faces])
+    return not border_places(places.astype(np.int32)[mesh.faces], len(places)).any()
 
 
 def _numbered(values: NDArray[np.float64], gap: float) -> NDArray[np.int64]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from simplifier.kernels.thin import crack_triangles, has_border
+from simplifier.kernels.thin import border_places, crack_triangles, whole_faces
 
 CELLS = 12
 
@@ -24,13 +26,18 @@ def moved_of(faces, chosen):
     return np.ascontiguousarray(corners[(a != b) & (b != c) & (c != a)])
 
 
+def border_of(faces, chosen):
+    return border_places(moved_of(faces, chosen), chosen.max() + 1)
+
+
 def cracks(points, faces):
     chosen = chosen_of(points)
-    if not has_border(moved_of(faces, chosen)):
+    border = border_of(faces, chosen)
+    if not border.any():
         return np.empty((0, 3), dtype=np.int32)
     numbers = np.full(3 * [CELLS], -1, dtype=np.int32)
     numbers[tuple(points.astype(np.int32).T)] = chosen
-    return crack_triangles(points, faces, chosen, numbers)
+    return crack_triangles(points, faces, chosen, numbers, border)
 
 
 def lies_on(p, a, b):
@@ -58,6 +65,7 @@ def test_chains_hold_one_vertex_of_each_cell_that_an_edge_passes(seed, count, on
     cells = points.astype(np.int64)
     found = cracks(points, faces)
     chosen = chosen_of(points)
+    border = border_of(faces, chosen)
     by_end = {}
     for before, on, end in found.tolist():
         assert chosen[on] != chosen[end]
@@ -71,6 +79,8 @@ def test_chains_hold_one_vertex_of_each_cell_that_an_edge_passes(seed, count, on
             for p in range(len(points))
             if lies_on(points[p], points[begin], points[end])
         } - {int(chosen[begin]), int(chosen[end])}
+        if not (border[chosen[begin]] and border[chosen[end]]):
+            passed = set()  # of a face that vanished, so that nothing is parted from it
         on_edge = {
             int(chosen[on])
             for _, on in by_end.get(end, [])
@@ -113,3 +123,22 @@ def test_a_vertex_lies_on_an_edge_within_a_thousandth_of_a_cell(off, count):
     ])  # fmt: skip
     faces = np.array([[0, 1, 2], [0, 3, 4]], dtype=np.int32)
     assert len(cracks(points, faces)) == count
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 60), st.integers(3, 12))
+def test_a_border_is_where_one_face_alone_has_an_edge(seed, count, places):
+    faces = np.random.default_rng(seed).integers(0, places, (count, 3)).astype(np.int32)
+    faces = faces[[len(set(face)) == 3 for face in faces.tolist()]]
+    uses = Counter(
+        tuple(sorted((face[k], face[k - 1]))) for face in faces.tolist() for k in range(3)
+    )
+    expected = {place for edge, count in uses.items() if count == 1 for place in edge}
+    assert set(np.flatnonzero(border_places(faces, places)).tolist()) == expected
+
+
+@pytest.mark.parametrize("count", [1, 1 << 16, 3 << 16])
+def test_faces_stay_in_order_on_any_number_of_threads(count):
+    generator = np.random.default_rng(count)
+    faces = generator.integers(0, 99, (count, 3)).astype(np.int32)
+    chosen = generator.integers(0, 40, 99).astype(np.int32)
+    assert whole_faces(faces, chosen).tolist() == moved_of(faces, chosen).tolist()

@@ -9,7 +9,7 @@ from bench.meshes import bumpy_sphere
 from simplifier.geometry.mesh import TriangleMesh, as_mesh
 from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
 from simplifier.kernels.coverage import coverage_masks, unpack_masks
-from simplifier.kernels.thin import has_border
+from simplifier.kernels.thin import border_places
 from simplifier.refinement import thin
 from simplifier.refinement.thin import CELLS, thinned
 from tests.extremes.transforms import REWRITINGS
@@ -102,5 +102,6 @@ def test_what_closes_slits_stays_closed_in_larger_cells(monkeypatch):
     monkeypatch.setattr(thin, "_LEAST", 1)
     mesh = bumpy_sphere(40_000)
     halves = next(one for one in REWRITINGS if one.name == "cut in halves").of(mesh)
-    assert has_border(halves.faces)
-    assert not has_border(thinned(halves).faces)
+    few = thinned(halves)
+    assert border_places(halves.faces, len(halves.vertices)).any()
+    assert not border_places(few.faces, len(few.vertices)).any()

@@ -201,7 +201,7 @@ def _moved(
         return Judge(pictures, aims.precision, aims.overhang, front=aims.front)
 
     run = _Run(
-        start + margin, mesh, shown, solid, room, options, views, outlines, judge, decimated,
+        start + margin, shown, solid, room, options, views, outlines, judge, decimated,
         several, deadline, tell, lambda: watch.cancelled,
     )  # fmt: skip
     found = _never_worse(run, options.selection.budget, 0.0, 1.0)
@@ -220,7 +220,6 @@ class _Run:
     """
 
     start: FloatArray
-    mesh: TriangleMesh
     shown: TriangleMesh
     solid: Solid
     room: Room
@@ -300,7 +299,7 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
         """What is thin sticks out by little, however far it is moved: all of the room is for it."""
         if deadline.limited:  # which has left no time for it
             return []
-        return _fine_starts(run.mesh, run.solid, budget, (room, run.room))
+        return _fine_starts(run, budget, (room, run.room))
 
     judge = run.judge
     # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
@@ -381,11 +380,9 @@ def _decimated_starts(run: _Run, budget: int, room: Room) -> list[FloatArray]:
     return soups
 
 
-def _fine_starts(
-    mesh: TriangleMesh, solid: Solid, budget: int, rooms: Sequence[Room]
-) -> list[FloatArray]:
-    """The mesh itself in fewer triangles, in detail that pictures do not show, in each room."""
-    starts = fine_starts(mesh, solid.core, rooms, budget)
+def _fine_starts(run: _Run, budget: int, rooms: Sequence[Room]) -> list[FloatArray]:
+    """The mesh itself in fewer triangles, as thin as pictures show it, in each room."""
+    starts = fine_starts(run.shown, run.solid.core, rooms, budget)
     return [
         pull_into(vertices[faces] + room.margin, room)
         for room, (vertices, faces) in zip(rooms, starts, strict=True)

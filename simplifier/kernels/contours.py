@@ -81,7 +81,7 @@ def edge_table(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> EdgeT
     points, sorted_faces = _along_curve(*_joined(vertices, faces))
     planes = np.empty((len(faces), 4), dtype=np.float32)
     fill_planes(points, sorted_faces, planes)
-    edges, alone = _edges_of(sorted_faces)
+    edges, alone = _edges_of(sorted_faces, len(points))
     return EdgeTable(points, sorted_faces, planes, edges, alone)
 
 
@@ -99,9 +99,9 @@ def _along_curve(
     order = np.argsort(bits[0] | bits[1] << np.uint32(1) | bits[2] << np.uint32(2))
     places = np.empty(len(order), dtype=np.int32)
     places[order] = np.arange(len(order), dtype=np.int32)
-    a, b, c = places[faces.T]
-    firsts = np.argsort(np.minimum(np.minimum(a, b), c))
-    return vertices.T[order], np.stack([a[firsts], b[firsts], c[firsts]], axis=1)
+    along = np.empty_like(faces)
+    sort_faces(faces, places, np.zeros(len(order) + 1, dtype=np.int32), along)
+    return np.take(vertices.T, order, axis=0), along
 
 
 def _joined(
@@ -116,40 +116,26 @@ def _joined(
     ordered = np.sort(mixed)  # an eighth of the time of what follows
     if not (ordered[1:] == ordered[:-1]).any():
         return vertices, faces
-    _, first, place = np.unique(mixed, return_index=True, return_inverse=True)
-    first = first[place]
-    if not np.array_equal(vertices[:, first], vertices):  # two places that are mixed alike
+    # As np.unique does, which sorts by merging: that takes five times as long.
+    order = np.argsort(mixed)
+    ordered = mixed[order]
+    begins = np.flatnonzero(np.append(True, ordered[1:] != ordered[:-1]))
+    first = np.empty_like(order)
+    first[order] = np.repeat(np.minimum.reduceat(order, begins), np.diff(begins, append=len(order)))
+    if not np.array_equal(np.take(vertices, first, axis=1), vertices):  # two are mixed alike
         return vertices, faces
     kept = np.zeros(len(first), dtype=np.bool_)
     kept[first] = True
     places = np.cumsum(kept, dtype=np.int32) - np.int32(1)
-    return np.ascontiguousarray(vertices[:, kept]), places[first][faces]
+    return np.take(vertices, np.flatnonzero(kept), axis=1), places[first][faces]
 
 
-def _edges_of(faces: NDArray[np.int32]) -> tuple[NDArray[np.int32], int]:
+def _edges_of(faces: NDArray[np.int32], vertices: int) -> tuple[NDArray[np.int32], int]:
     """Edges as :class:`EdgeTable` has them, and how many have one triangle: the last ones."""
-    count = np.int32(len(faces))
-    start = faces.T.ravel()
-    end = faces[:, [1, 2, 0]].T.ravel()
-    keys = np.minimum(start, end).astype(np.int64) << 32 | np.maximum(start, end)
-    order = np.argsort(keys)
-    keys = keys[order]
-    same = keys[1:] == keys[:-1]
-    del keys
-    rising = (start < end)[order]
-    # Two triangles, which run along it in opposite directions, and no third.
-    pairs = same & (rising[1:] != rising[:-1])
-    pairs[1:] &= ~same[:-1]
-    pairs[:-1] &= ~same[1:]
-    first = np.flatnonzero(pairs)
-    alone = np.ones(len(order), dtype=np.bool_)
-    alone[first] = alone[first + 1] = False
-    there = np.concatenate([order[first], order[alone]])
-    edges = np.empty((len(there), 4), dtype=np.int32)
-    edges[:, 0], edges[:, 1], edges[:, 2] = start[there], end[there], there % count
-    edges[: len(first), 3] = order[first + 1] % count
-    edges[len(first) :, 3] = count
-    return edges, len(there) - len(first)
+    edges = np.empty((faces.size, 4), dtype=np.int32)  # whose middle is not written
+    starts = np.zeros(vertices + 2, dtype=np.int32)
+    paired, alone = pair_edges(faces, starts, edges)
+    return np.concatenate([edges[:paired], edges[len(edges) - alone :]]), alone
 
 
 def draw_by_contours(
@@ -196,6 +182,72 @@ def fill_planes(vertices, faces, planes):
         planes[face, 2] = ax * by - ay * bx
         longest = max(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz)
         planes[face, 3] = _EDGE_ON * max(longest, cx * cx + cy * cy + cz * cz)
+
+
+@kernel("int32[:, :], int32[:], int32[:], int32[:, :]")
+def sort_faces(faces, places, starts, along):
+    """Write ``faces`` (m, 3) int32 to ``along``, their vertices by ``places`` (n,), in the order of
+    the lowest of these; ``starts`` (n + 1,) int32 zeros."""
+    for face in range(len(faces)):
+        a, b, c = places[faces[face, 0]], places[faces[face, 1]], places[faces[face, 2]]
+        starts[min(a, b, c) + 1] += 1
+    for place in range(1, len(starts)):
+        starts[place] += starts[place - 1]
+    for face in range(len(faces)):
+        a, b, c = places[faces[face, 0]], places[faces[face, 1]], places[faces[face, 2]]
+        row = starts[min(a, b, c)]
+        along[row, 0], along[row, 1], along[row, 2] = a, b, c
+        starts[min(a, b, c)] += 1
+
+
+@kernel("int32[:, :], int32[:], int32[:, :]")
+def pair_edges(faces, starts, edges):
+    """Write edges with two triangles, which run along them in opposite directions, from the front
+    of ``edges`` (3 m, 4) on, and those of all others from the back; return how many of each.
+
+    ``faces``   (m, 3) int32.
+    ``starts``  (n + 2,) int32, zeros.
+    """
+    for face in range(len(faces)):
+        for k in range(3):
+            starts[min(faces[face, k], faces[face, (k + 1) % 3]) + 2] += 1
+    for place in range(2, len(starts)):
+        starts[place] += starts[place - 1]
+    listed = np.empty((3 * len(faces), 2), np.int32)  # by lower end: the other one, and the face
+    for face in range(len(faces)):
+        for k in range(3):
+            a, b = faces[face, k], faces[face, (k + 1) % 3]
+            row = starts[min(a, b) + 1]
+            # A face that runs down the edge is turned over.
+            listed[row, 0], listed[row, 1] = max(a, b), face if a < b else ~face
+            starts[min(a, b) + 1] += 1
+    count = len(starts) - 2
+    rising, falling, below = np.zeros((3, count), np.int32)  # of one place, by the other end
+    paired, alone = 0, 0
+    for place in range(count):
+        begin, end = starts[place], starts[place + 1]
+        for row in range(begin, end):
+            other, face = listed[row, 0], listed[row, 1]
+            if face >= 0:
+                rising[other] += 1
+            else:
+                falling[other] += 1
+                below[other] = ~face
+        for row in range(begin, end):
+            other, face = listed[row, 0], listed[row, 1]
+            if rising[other] == 1 and falling[other] == 1:
+                if face >= 0:
+                    edges[paired, 0], edges[paired, 1] = place, other
+                    edges[paired, 2], edges[paired, 3] = face, below[other]
+                    paired += 1
+                continue
+            alone += 1
+            edge = edges[len(edges) - alone]
+            edge[0], edge[1] = (place, other) if face >= 0 else (other, place)
+            edge[2], edge[3] = face ^ (face >> 31), len(faces)
+        for row in range(begin, end):
+            rising[listed[row, 0]], falling[listed[row, 0]] = 0, 0
+    return paired, alone
 
 
 @inner_kernel

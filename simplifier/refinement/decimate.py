@@ -7,6 +7,8 @@ Voxels -> shares: a solid in few cells, for work that need not be as fine as its
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,7 +18,7 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.decimate import decimate
 from simplifier.kernels.sinking import sink
 from simplifier.kernels.soup_views import all_contained
-from simplifier.refinement.fields import GAUSSIAN, depths_in, smoothed
+from simplifier.refinement.fields import GAUSSIAN, Field, depths_in, smoothed
 
 
 def decimate_into(
@@ -75,9 +77,7 @@ def sunk(vertices: FloatArray, faces: IntArray, room: Room) -> FloatArray:
     most = int(inside.sum())
     if most == len(faces):
         return best
-    shares, size = coarse(room.cells)
-    # How far it is to the cells without room, smoothed; it need not be exact.
-    depth = np.ascontiguousarray(smoothed(depths_in(shares > 0.5), GAUSSIAN, "symmetric"))
+    depth, size = _depth(room)
     ways = np.empty_like(moved)
     for _ in range(_STEPS):
         sink(moved, faces, inside, depth, size, ways, _STEP)
@@ -88,6 +88,20 @@ def sunk(vertices: FloatArray, faces: IntArray, room: Room) -> FloatArray:
             break
     return best
 
+
+def _depth(room: Room) -> tuple[Field, int]:
+    """How far it is to the cells without room, smoothed, so not exact; and a cell's edge in voxels.
+
+    Kept as long as the room is, which several surfaces are moved into.
+    """
+    known = _DEPTHS.get(room)
+    if known is None:
+        shares, size = coarse(room.cells)
+        known = _DEPTHS[room] = smoothed(depths_in(shares > 0.5), GAUSSIAN, "symmetric"), size
+    return known
+
+
+_DEPTHS: WeakKeyDictionary[Room, tuple[Field, int]] = WeakKeyDictionary()
 
 _CELLS = 64  # along the longest edge, about
 

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.morphology import squared_distances
+from simplifier.kernels.smoothing import smooth_planes
+from simplifier.kernels.threads import run_chunks
 
 Field = NDArray[np.float64]
 
@@ -24,27 +26,28 @@ GAUSSIAN = _BELL / (_BELL[0] + 2.0 * _BELL[1:].sum())
 
 
 def smoothed(field: Field, weights: Sequence[float] | FloatArray, beyond: str) -> Field:
-    """Averages along one axis after the other.
+    """(nx, ny, nz) averages along one axis after the other.
 
     ``weights``  from the middle on one side; the other side has the same.
     ``beyond``   the grid: ``constant`` for zeros, ``symmetric`` for its mirror image.
     """
+    sides = np.asarray(weights, dtype=np.float64)
     for axis in range(field.ndim):
-        field = _smoothed_along(field, weights, beyond, axis)
+        field = _smoothed_along(np.ascontiguousarray(field), sides, beyond == "symmetric", axis)
     return field
 
 
-def _smoothed_along(
-    field: Field, weights: Sequence[float] | FloatArray, beyond: str, axis: int
-) -> Field:
-    reach, count = len(weights) - 1, field.shape[axis]
-    widths = [(reach, reach) if i == axis else (0, 0) for i in range(field.ndim)]
-    padded = np.moveaxis(np.pad(field, widths, mode=beyond), axis, 0)  # type: ignore[call-overload]
-    total = padded[reach : reach + count] * weights[0]
-    for step in range(reach, 0, -1):  # from the outer ones, so that the sum is always the same
-        pair = padded[reach - step : reach - step + count] + padded[reach + step :][:count]
-        total += pair * weights[step]
-    return np.moveaxis(total, 0, axis)
+def _smoothed_along(field: Field, weights: FloatArray, mirrored: bool, axis: int) -> Field:
+    total = np.empty_like(field)
+    run_chunks(
+        lambda begin, end: smooth_planes(field, weights, mirrored, axis, begin, end, total),
+        len(field),
+        least=_LEAST_PLANES,
+    )
+    return total
+
+
+_LEAST_PLANES = 16  # fewer are not worth a hand-over to another thread
 
 
 def depths_in(cells: BoolArray) -> Field:

@@ -237,7 +237,10 @@ class Annealing:
         self._best[:] = self._triangles
 
     def adopt(self, other: Annealing) -> None:
-        """Go on from the current state of another search of as many triangles and those prices."""
+        """Go on from the current state of another search of as many triangles, in its room and at
+        its prices."""
+        self._room, self._before = other._room, other._before
+        self._price, self._fines = other._price, other._fines
         for mine, its in (
             (self._triangles, other._triangles), (self._images, other._images),
             (self._layers, other._layers), (self._scores, other._scores),

@@ -122,9 +122,10 @@ def _confer(searches: list[Annealing], bargain: Bargain, share: float) -> None:
         return
     room = bargain.room
     bargain.follow(best, share)
-    for search in searches:
+    for search in (best, *(one for one in searches if one is not best)):
         if search is not best and share < _LAST_ADOPTION:
             search.adopt(best)
+            continue
         if bargain.room is not room:
             search.move_to(bargain.room)
         search.reprice(bargain.prices)

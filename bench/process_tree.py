@@ -12,7 +12,8 @@ from pathlib import Path
 
 from bench.machine import ROOT
 
-_GLANCE = 0.05  # seconds
+_GLANCE = 0.05  # seconds at least between two looks at the memory
+_SHARE = 0.02  # of the time at most for these, which hold up the processes that are looked at
 
 
 @dataclass(frozen=True)
@@ -34,13 +35,16 @@ def run_command(command: Sequence[str], variables: Mapping[str, str] | None = No
     ``variables`` are set in its environment.
     """
     begin, before = time.perf_counter(), _children_seconds()
-    peak = 0
+    peak, due = 0, begin
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=ROOT,
         env=_environment(variables or {}),
     ) as process:  # fmt: skip
         while process.poll() is None:
-            peak = max(peak, sum(_kib(pid) for pid in _tree(process.pid)))
+            now = time.perf_counter()
+            if now >= due:
+                peak = max(peak, sum(_kib(pid) for pid in _tree(process.pid)))
+                due = now + max(_GLANCE, (time.perf_counter() - now) / _SHARE)
             time.sleep(_GLANCE)
         seconds = time.perf_counter() - begin
         assert process.stdout is not None

@@ -48,16 +48,16 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "balanced, 32 views": {"refine": {"views": 32}},
     "balanced, 64 views": {"refine": {"views": 64}},
     "balanced, 256 views": {"refine": {"views": 256}},
-    "balanced, half the moves": {"refine": {"moves": 13_200}},
-    "balanced, four times the moves": {"refine": {"moves": 105_600}},
+    "balanced, half the moves": {"refine": {"moves": 11_400}},
+    "balanced, four times the moves": {"refine": {"moves": 91_200}},
     "balanced, overcover 0.25": {"refine": {"overcover": 0.25}},
     "balanced, overcover 1": {"refine": {"overcover": 1.0}},
     "balanced, overcover 2": {"refine": {"overcover": 2.0}},
     "balanced, no aim for the precision": {"refine": {"precision": 0.0}},
     "balanced, hill climbing": {"_HEATS": (1e-12, 1e-12)},
-    "balanced, four times as hot": {"_HEATS": (4e-3, 8e-5)},
+    "balanced, four times as hot": {"_HEATS": (2e-3, 8e-5)},
     "balanced, from sections alone": {"refine": {"decimated": False}},
-    "balanced, steps to 0.3 voxels": {"_STEPS": (6.0, 0.3)},
+    "balanced, steps to 0.1 voxels": {"_STEPS": (6.0 / 64.0, 0.1 / 64.0)},
 }
 
 

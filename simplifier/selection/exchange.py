@@ -34,14 +34,16 @@ def choose_by_gain(
     Pairs are added by gain a triangle until the budget is spent or the next would raise the measure
     by less than ``alpha`` of it.  Then, ``exchanges`` times, two members are taken out and the
     freed triangles spent anew, which is kept when the measure rises.  Two such searches weigh the
-    cost of a pair differently; the better result is returned, the first of equals.
+    cost of a pair differently; the better result is returned, the first of equals.  Without
+    exchanges there is one: what follows makes up for the little that the other one adds.
 
     ``tell`` is called every few milliseconds; what it raises ends the search soon.
     """
     if len(candidates) == 0:
         return np.zeros(0, dtype=np.int32)
     polygons, levels, firsts = _pairs(candidates.triangles, budget)
-    found: list[tuple[Cut, int]] = [(np.zeros(0, np.int32), -1)] * len(_POWERS)
+    powers = _POWERS if exchanges > 0 else _POWERS[:1]
+    found: list[tuple[Cut, int]] = [(np.zeros(0, np.int32), -1)] * len(powers)
 
     halt = np.zeros(1, dtype=np.uint8)
 
@@ -57,14 +59,14 @@ def choose_by_gain(
 
     def search(begin: int, end: int) -> None:
         for index in range(begin, end):
-            weights = np.maximum(np.arange(budget + 1.0), 1.0) ** -_POWERS[index]
+            weights = np.maximum(np.arange(budget + 1.0), 1.0) ** -powers[index]
             found[index] = search_cut(
                 candidates.points, candidates.lowest, candidates.offsets, candidates.maps,
                 candidates.triangles, polygons, levels, firsts, (budget, alpha, weights),
                 exchanges, seed + index, halt, candidates.standing, bounds,
             )  # fmt: skip
 
-    run_chunks(search, len(_POWERS), tell=tell_or_halt if watched else silent)
+    run_chunks(search, len(powers), tell=tell_or_halt if watched else silent)
     return max(found, key=lambda result: result[1])[0]
 
 

@@ -210,6 +210,20 @@ class TriangleMesh:
         found.setflags(write=False)
         return found
 
+    @cached_property
+    def extreme(self) -> IndexArray:
+        """The vertices at the corners of the convex hull; all where they lie in a plane."""
+        # Here, not above: that takes a fifth of the start of a program that needs no scenes.
+        from scipy.spatial import ConvexHull, QhullError
+
+        low, high = self.bounds
+        # Qhull judges by the largest coordinate, which may be a map's.
+        try:
+            hull = ConvexHull((self.vertices - 0.5 * (low + high)) / (high - low).max())
+        except QhullError:
+            return np.arange(len(self.vertices))
+        return np.asarray(hull.vertices, dtype=np.int64)
+
     @property
     def extent(self) -> FloatArray:
         """(3,) float64: edge lengths of the bounding box, world units."""

@@ -70,7 +70,7 @@ class Scene:
         for mesh, objects in self._instances():
             points = mesh.vertices
             if min(len(objects), len(points)) >= _WORTH_A_HULL:
-                points = points[_extreme(points)]
+                points = points[mesh.extreme]
             step = max(1, _BATCH // len(points))
             for begin in range(0, len(objects), step):
                 some = objects[begin : begin + step]
@@ -130,17 +130,3 @@ def axis_order(up: Axis) -> NDArray[np.int64]:
 def scales(transforms: FloatArray) -> FloatArray:
     """(n,) the largest factor by which each transform (n, 4, 4) stretches a length."""
     return np.asarray(np.linalg.norm(transforms[:, :3, :3], ord=2, axis=(1, 2)))
-
-
-def _extreme(points: FloatArray) -> NDArray[np.int64]:
-    """Indices of the corners of the convex hull; of all points where they lie in a plane."""
-    # Imported where it is used: it takes a fifth of the start of a program that needs no scenes.
-    from scipy.spatial import ConvexHull, QhullError
-
-    low, high = points.min(axis=0), points.max(axis=0)
-    # Qhull judges by the largest coordinate, which may be a map's.
-    try:
-        hull = ConvexHull((points - 0.5 * (low + high)) / (high - low).max())
-    except QhullError:
-        return np.arange(len(points))
-    return np.asarray(hull.vertices, dtype=np.int64)

@@ -15,7 +15,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.threads import run_chunks
 
 
@@ -45,7 +45,6 @@ def gather_first(vertices, low, step, numbers, points, chosen):
 Cells = tuple[NDArray[np.int32], NDArray[np.int64], NDArray[np.float64]]
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)
-_FEWEST = 1 << 10  # slots of a table of cells, before it grows for the first time
 _BLOCK = 1024  # vertices whose cells are found before any is looked up
 
 
@@ -66,10 +65,14 @@ def sum_up_cells(
     added up, which tell them apart.
     """
     most = min(len(vertices), int(shape.prod()))
+    bits = max(int(2 * most).bit_length(), 1)
+    names, numbers = np.full(1 << bits, -1, dtype=np.int64), np.empty(1 << bits, dtype=np.int32)
     chosen, keys = np.empty(len(vertices), dtype=np.int32), np.empty(most, dtype=np.int64)
     counts, sums = np.zeros(most, dtype=np.int64), np.zeros((most, 3))
     ends = np.ascontiguousarray(shape - 1)
-    count = gather_cells(vertices, low, unit, size, ends, steps, chosen, keys, counts, sums)
+    count = gather_cells(
+        vertices, low, unit, size, ends, steps, names, numbers, chosen, keys, counts, sums
+    )
     order = np.argsort(keys[:count])
     ranks = np.empty(count, dtype=np.int32)
     ranks[order] = np.arange(count, dtype=np.int32)
@@ -77,52 +80,23 @@ def sum_up_cells(
 
 
 @kernel(
-    "float64[:, :], float64[:], float64, float64, int64[:], int64[:], int32[:], int64[:], "
-    "int64[:], float64[:, :]"
+    "float64[:, :], float64[:], float64, float64, int64[:], int64[:], int64[:], int32[:], "
+    "int32[:], int64[:], int64[:], float64[:, :]"
 )
-def gather_cells(vertices, low, unit, size, ends, steps, chosen, keys, counts, sums):
+def gather_cells(
+    vertices, low, unit, size, ends, steps, names, numbers, chosen, keys, counts, sums
+):
     """Add up the ``vertices`` (n, 3) of each cell, as :func:`sum_up_cells` says; return how many.
 
     ``ends``    (3,) int64 the last cell along each axis.
+    ``names``   (2**b,) int64 with -1 in each, ``numbers`` int32: a table of what is found, more
+                than twice as long as there may be cells.
     ``chosen``  (n,) int32: the number of each vertex's cell, in the order in which they come.
     ``keys``, ``counts``  int64, ``sums``  (…, 3) float64, zeros: of each cell.
     """
-    count, done, slots = 0, 0, _FEWEST
-    while done < len(vertices):
-        # As short as it may be: a table for as many cells as there may be would fit no cache.
-        slots *= 4
-        names, numbers = np.full(slots, -1, np.int64), np.empty(slots, np.int32)
-        for number in range(count):
-            slot = _slot_of(names, keys[number])
-            names[slot], numbers[slot] = keys[number], number
-        count, done = _gather_some(
-            vertices, low, unit, size, ends, steps, chosen, keys, counts, sums,
-            names, numbers, count, done,
-        )  # fmt: skip
-    return count
-
-
-@inline_kernel
-def _slot_of(names, key):
-    """Where a key is in a table (2**b,) int64, or would be; -1 where none is."""
-    mask = np.int64(len(names) - 1)
-    slot = np.int64((np.uint64(key) * _GOLDEN) >> np.uint64(32)) & mask
-    while names[slot] != key and names[slot] >= 0:
-        slot = (slot + 1) & mask
-    return slot
-
-
-@inner_kernel
-def _gather_some(
-    vertices, low, unit, size, ends, steps, chosen, keys, counts, sums, names, numbers, count, done
-):
-    """(cells, vertices) that are counted once all vertices are, or the table is half full.
-
-    ``names`` and ``numbers``  (2**b,) the key and number of each of the ``count`` cells so far.
-    ``done``  vertices that are counted already.
-    """
+    count, mask = 0, np.int64(len(names) - 1)
     places, cells = np.empty((3, _BLOCK)), np.empty(_BLOCK, np.int64)
-    for first in range(done, len(vertices), _BLOCK):
+    for first in range(0, len(vertices), _BLOCK):
         there = min(_BLOCK, len(vertices) - first)
         for one in range(there):  # apart from the table, so that it divides eight at a time
             x = (vertices[first + one, 0] - low[0]) / unit
@@ -135,10 +109,10 @@ def _gather_some(
             cells[one] = key
         for one in range(there):
             key = cells[one]
-            slot = _slot_of(names, key)
+            slot = np.int64((np.uint64(key) * _GOLDEN) >> np.uint64(32)) & mask
+            while names[slot] != key and names[slot] >= 0:
+                slot = (slot + 1) & mask
             if names[slot] < 0:
-                if 2 * count >= len(names):
-                    return count, first + one
                 names[slot] = key
                 numbers[slot] = count
                 keys[count] = key
@@ -148,7 +122,7 @@ def _gather_some(
             counts[number] += 1
             for axis in range(3):
                 sums[number, axis] += places[axis, one]
-    return count, len(vertices)
+    return count
 
 
 def whole_faces(faces: NDArray[np.int32], chosen: NDArray[np.int32]) -> NDArray[np.int32]:

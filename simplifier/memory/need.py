@@ -66,7 +66,7 @@ Shape = tuple[int, int, int]
 
 _VERTEX = 24  # three float64
 _FACE = 12  # three int32
-_TABLE_FACE = 150  # its three edges while they are sorted; then less, with its plane and sides
+_TABLE_FACE = 120  # its three edges while they are paired; then less, with its plane and sides
 _KEPT_FACE = 52  # three halves of an edge, its plane, its corners
 _CLUSTER_FACE = 38  # its corners once more in float32, and a box for sixteen
 _CROSSINGS = 8 * MIB  # of some views at a time

@@ -17,6 +17,7 @@ from simplifier.selection.candidates import Candidates
 from simplifier.selection.greedy import Cut
 
 _POWERS = (1.0, 0.85)  # one search each; a lower power likes larger polygons
+_NEXT_TO_NOTHING = 0.125  # of the budget
 _LEVELS = np.unique(np.round(np.geomspace(1.0, 1e5, 40)).astype(np.int32))
 """They grow by a third: those between change little that a search can see."""
 
@@ -35,15 +36,15 @@ def choose_by_gain(
     by less than ``alpha`` of it.  Then, ``exchanges`` times, two members are taken out and the
     freed triangles spent anew, which is kept when the measure rises.  Two such searches weigh the
     cost of a pair differently; the better result is returned, the first of equals.  Without
-    exchanges there is one: what follows makes up for the little that the other one adds.
+    exchanges one is enough, since refining makes up for the little that the other one adds, unless
+    it ends with next to nothing.
 
     ``tell`` is called every few milliseconds; what it raises ends the search soon.
     """
     if len(candidates) == 0:
         return np.zeros(0, dtype=np.int32)
     polygons, levels, firsts = _pairs(candidates.triangles, budget)
-    powers = _POWERS if exchanges > 0 else _POWERS[:1]
-    found: list[tuple[Cut, int]] = [(np.zeros(0, np.int32), -1)] * len(powers)
+    found: list[tuple[Cut, int]] = [(np.zeros(0, np.int32), -1)] * len(_POWERS)
 
     halt = np.zeros(1, dtype=np.uint8)
 
@@ -59,14 +60,17 @@ def choose_by_gain(
 
     def search(begin: int, end: int) -> None:
         for index in range(begin, end):
-            weights = np.maximum(np.arange(budget + 1.0), 1.0) ** -powers[index]
+            weights = np.maximum(np.arange(budget + 1.0), 1.0) ** -_POWERS[index]
             found[index] = search_cut(
                 candidates.points, candidates.lowest, candidates.offsets, candidates.maps,
                 candidates.triangles, polygons, levels, firsts, (budget, alpha, weights),
                 exchanges, seed + index, halt, candidates.standing, bounds,
             )  # fmt: skip
 
-    run_chunks(search, len(powers), tell=tell_or_halt if watched else silent)
+    heard = tell_or_halt if watched else silent
+    run_chunks(search, len(_POWERS) if exchanges > 0 else 1, tell=heard)
+    if exchanges == 0 and found[0][0].sum() <= _NEXT_TO_NOTHING * budget:
+        run_chunks(lambda begin, end: search(begin + 1, end + 1), len(_POWERS) - 1, tell=heard)
     return max(found, key=lambda result: result[1])[0]
 
 

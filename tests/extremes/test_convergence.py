@@ -64,7 +64,8 @@ def test_default_reports_of_a_round_solid_are_good_to_half_a_point():
 
 
 def test_twice_the_pixels_change_a_report_by_less_than_half_a_point(castle_and_occluder):
-    options = AccuracyOptions(64, exact=True)
+    # Of the castle a few views hold the largest quads: in so many they do not tell.
+    options = AccuracyOptions(1024, exact=True)
     usual = evaluate_accuracy(*castle_and_occluder, options)
     fine = evaluate_accuracy(*castle_and_occluder, replace(options, image=512))
     assert abs(usual.recall - fine.recall) < 0.005

@@ -34,35 +34,51 @@ class _Pictures:
 
 
 @dataclass
+class _Mesh:
+    """``vertices`` (3, n) and ``faces`` (m, 3), their edges, and what was drawn of them."""
+
+    vertices: Vertices
+    faces: Faces
+    table: EdgeTable
+    pictures: list[_Pictures] = field(default_factory=list)
+
+
+@dataclass
 class KnownMesh:
     """What was found out of a mesh: :class:`~simplifier.kernels.coverage.Known`.
 
-    ``vertices``  (3, n) and ``faces`` (m, 3) of the mesh, where there is one yet.
+    Threads may ask at once: another mesh takes the place of one as a whole.
     """
 
-    vertices: Vertices = field(default_factory=lambda: np.empty((3, 0)))
-    faces: Faces = field(default_factory=lambda: np.empty((0, 3), np.int32))
-    _table: EdgeTable | None = None
-    _pictures: list[_Pictures] = field(default_factory=list)
+    _mesh: _Mesh | None = None
+
+    def _held(self, vertices: Vertices, faces: Faces) -> _Mesh | None:
+        known = self._mesh
+        if known is None or not np.array_equal(known.faces, faces):
+            return None
+        return known if np.array_equal(known.vertices, vertices) else None
+
+    def holds(self, vertices: Vertices, faces: Faces) -> bool:
+        return self._held(vertices, faces) is not None
 
     def table_of(self, vertices: Vertices, faces: Faces) -> EdgeTable:
         from simplifier.kernels.contours import edge_table  # small meshes need not load it
 
-        if self._table is not None and self.holds(vertices, faces):
-            return self._table
-        table = edge_table(vertices, faces)
-        if len(faces) >= len(self.faces):
-            self.vertices, self.faces = vertices, faces
-            self._table, self._pictures = table, []
-        return table
+        held = self._held(vertices, faces)
+        if held is not None:
+            return held.table
+        found = _Mesh(vertices, faces, edge_table(vertices, faces))
+        if self._mesh is None or len(faces) >= len(self._mesh.faces):
+            self._mesh = found
+        return found.table
 
     def masks_of(
         self, vertices: Vertices, faces: Faces, projections: NDArray[np.float64], image: int
     ) -> MaskArray | None:
-        if self.holds(vertices, faces):
-            for one in self._pictures:
-                if one.image == (image, image) and np.array_equal(one.projections, projections):
-                    return one.masks
+        held = self._held(vertices, faces)
+        for one in held.pictures if held is not None else ():
+            if one.image == (image, image) and np.array_equal(one.projections, projections):
+                return one.masks
         return None
 
     def keep(
@@ -70,18 +86,15 @@ class KnownMesh:
         image: tuple[int, int], masks: MaskArray,
     ) -> None:  # fmt: skip
         """``masks`` (V, rows, words) of the mesh, drawn by ``projections`` (V, 2, 4)."""
-        if masks.nbytes <= _MOST_BYTES and self.holds(vertices, faces):
-            others = [one for one in self._pictures if one.image != image]
-            self._pictures = [*others, _Pictures(image, projections, masks)]
-
-    def holds(self, vertices: Vertices, faces: Faces) -> bool:
-        same = self._table is not None and np.array_equal(self.faces, faces)
-        return same and np.array_equal(self.vertices, vertices)
+        held = self._held(vertices, faces) if masks.nbytes <= _MOST_BYTES else None
+        if held is not None:
+            others = [one for one in held.pictures if one.image != image]
+            held.pictures = [*others, _Pictures(image, projections, masks)]
 
 
 @dataclass(frozen=True)
 class RememberingProcessor(Processor):
-    """For one thread at a time, and as long as one measures."""
+    """For as long as one measures, or refines."""
 
     known: KnownMesh = field(default_factory=KnownMesh)
 

@@ -81,6 +81,26 @@ def test_the_largest_mesh_is_remembered(made):
     assert made == {"edge_table": 3, "draw_by_contours": 3}
 
 
+@pytest.mark.parametrize("first", [RING, solids.sphere(rings=24)])
+def test_a_mesh_that_another_thread_draws_meanwhile_takes_its_place_as_a_whole(first, monkeypatch):
+    device, edge_table = remembering(PROCESSOR), contours.edge_table
+    meshes = [RING, solids.sphere(rings=24)]
+    waiting = [one for one in meshes if len(one.faces) != len(first.faces)]
+
+    def interrupted(vertices, faces):
+        table = edge_table(vertices, faces)
+        if waiting:
+            silhouettes(device, waiting.pop())
+        return table
+
+    monkeypatch.setattr(contours, "edge_table", interrupted)
+    silhouettes(device, first)
+    assert not waiting
+    for mesh in meshes:
+        np.testing.assert_array_equal(silhouettes(device, mesh), silhouettes(PROCESSOR, mesh))
+        np.testing.assert_array_equal(fronts(device, mesh), fronts(PROCESSOR, mesh))
+
+
 def test_large_pictures_are_not_kept(made, monkeypatch):
     monkeypatch.setattr(module, "_MOST_BYTES", 1000)
     device = remembering(PROCESSOR)

@@ -57,7 +57,7 @@ def fine_starts(
     return [made[room.limit] for room in rooms]
 
 
-_MOST_FINE = 20_000  # triangles that take a tenth of a second
+_MOST_FINE = 20_000  # triangles that take a thirtieth of a second
 
 
 _CELLS = 64  # along the longest edge, at most: what is finer only costs time

@@ -240,6 +240,8 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--list", action="store_true", help="show the mutants, try none")
     asked = parser.parse_args(words)
     targets = [one for one in TARGETS if any(word in one.file for word in asked.only)]
+    if not targets:
+        parser.error(f"no target's file holds any of: {', '.join(asked.only)}; --list shows all")
     if asked.list:
         for target in targets:
             for _, mutant in chosen(Path(target.file).read_text(), target.functions):

@@ -133,3 +133,10 @@ def test_what_is_listed_is_there():
     for key, reason in command.read_equivalents().items():
         assert key in there
         assert reason
+
+
+def test_words_that_no_target_holds_are_an_error(capsys):
+    with pytest.raises(SystemExit) as ended:
+        command.main(["--only", "nowhere"])
+    assert ended.value.code == 2
+    assert "no target's file holds any of: nowhere" in capsys.readouterr().err

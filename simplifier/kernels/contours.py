@@ -31,6 +31,7 @@ from simplifier.kernels.coverage import (
     project,
     views_at_a_time,
 )
+from simplifier.kernels.edges import list_edges
 from simplifier.kernels.threads import run_chunks
 from simplifier.progress import TellShare, silent
 
@@ -208,19 +209,7 @@ def pair_edges(faces, starts, edges):
     ``faces``   (m, 3) int32.
     ``starts``  (n + 2,) int32, zeros.
     """
-    for face in range(len(faces)):
-        for k in range(3):
-            starts[min(faces[face, k], faces[face, (k + 1) % 3]) + 2] += 1
-    for place in range(2, len(starts)):
-        starts[place] += starts[place - 1]
-    listed = np.empty((3 * len(faces), 2), np.int32)  # by lower end: the other one, and the face
-    for face in range(len(faces)):
-        for k in range(3):
-            a, b = faces[face, k], faces[face, (k + 1) % 3]
-            row = starts[min(a, b) + 1]
-            # A face that runs down the edge is turned over.
-            listed[row, 0], listed[row, 1] = max(a, b), face if a < b else ~face
-            starts[min(a, b) + 1] += 1
+    listed = list_edges(faces, starts)
     count = len(starts) - 2
     rising, falling, below = np.zeros((3, count), np.int32)  # of one place, by the other end
     paired, alone = 0, 0

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
+from simplifier.kernels.edges import list_edges
 from simplifier.kernels.threads import run_chunks
 
 
@@ -228,29 +229,18 @@ def mark_border(faces, starts, border):
 
     ``starts``  (n + 2,) int32, zeros.
     """
-    for face in range(len(faces)):
-        for k in range(3):
-            starts[min(faces[face, k], faces[face, (k + 1) % 3]) + 2] += 1
-    for place in range(2, len(starts)):
-        starts[place] += starts[place - 1]
-    ends = np.empty(3 * len(faces), np.int32)  # of the edges of each place, as their lower end
-    for face in range(len(faces)):
-        for k in range(3):
-            a, b = faces[face, k], faces[face, (k + 1) % 3]
-            lower = min(a, b)
-            ends[starts[lower + 1]] = a ^ b ^ lower
-            starts[lower + 1] += 1
+    listed = list_edges(faces, starts)
     uses = np.zeros(len(border), np.int32)
     for place in range(len(border)):
         begin, end = starts[place], starts[place + 1]
         for edge in range(begin, end):
-            uses[ends[edge]] += 1
+            uses[listed[edge, 0]] += 1
         for edge in range(begin, end):
-            if uses[ends[edge]] == 1:
+            if uses[listed[edge, 0]] == 1:
                 border[place] = True
-                border[ends[edge]] = True
+                border[listed[edge, 0]] = True
         for edge in range(begin, end):
-            uses[ends[edge]] = 0
+            uses[listed[edge, 0]] = 0
 
 
 @kernel("int32[:], int32[:], int32[:]")

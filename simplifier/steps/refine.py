@@ -32,11 +32,7 @@ from simplifier.refinement.second_search import (
     search_again,
     search_with_fewer,
 )
-from simplifier.refinement.starts import (
-    cluster_vertices,
-    enclosed_start,
-    fine_starts,
-)
+from simplifier.refinement.starts import cluster_vertices, enclosed_start, fine_starts
 from simplifier.refinement.thin import thinned
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections, silhouettes

@@ -23,6 +23,7 @@ from simplifier.steps.cut import (
     open_slicer,
     trace_outlines,
 )
+from simplifier.steps.look import looking
 from simplifier.steps.refine import improve
 from simplifier.steps.room import open_room, solid_to_cut, with_inner
 from simplifier.steps.solid import solid_decisions, solid_warnings, solidify
@@ -100,13 +101,16 @@ def simplify_mesh(
         by_hand = solid.core.to_grid(overrides.triangles)
         room = open_room(mesh, solid, rest, overrides)
         solid = with_inner(solid, room)
-        # 2. to 5. Cut it, and choose what hides most.
-        cut = solid_to_cut(solid, room)
-        triangles = cut_solid(mesh, cut, rest, watch, deadline, by_hand)
-        # 6. Past the paper: move the triangles under the same measure.
-        with watch.stage("refine", cancels=False):
-            refined = improve(triangles, mesh, solid, room, rest, watch, deadline, overrides)
-            interrupted = watch.cancelled
+        with looking(mesh, solid, room, rest, watch, deadline, overrides) as looks:
+            # 2. to 5. Cut it, and choose what hides most.
+            cut = solid_to_cut(solid, room)
+            triangles = cut_solid(mesh, cut, rest, watch, deadline, by_hand)
+            # 6. Past the paper: move the triangles under the same measure.
+            with watch.stage("refine", cancels=False):
+                refined = improve(
+                    triangles, mesh, solid, room, looks, rest, watch, deadline, overrides
+                )
+                interrupted = watch.cancelled
         triangles, bound = solid.core.to_world(refined.triangles), refined.bound
         decisions.append(refined.words)
     # A voxel wholly inside is interior, at no distance at all.

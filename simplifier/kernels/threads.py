@@ -10,7 +10,9 @@ from __future__ import annotations
 import itertools
 import os
 from collections.abc import Callable
-from threading import Thread
+from threading import Event, Thread
+from types import TracebackType
+from typing import Generic, TypeVar
 
 from simplifier.kernels.compiled.waiting import load_imported
 from simplifier.progress import TellShare, silent
@@ -116,3 +118,67 @@ def _watch(chunks: _Chunks, helpers: list[Thread], tell: TellShare) -> None:
             helper.join(_GLANCE)
     if not chunks.errors:
         tell(1.0)
+
+
+Stopped = Callable[[], bool]
+"""Whether nobody waits for a result any more."""
+
+Made = TypeVar("Made")
+
+
+class Ahead(Generic[Made]):
+    """What ``make`` returns: made when it is asked for, or before, while the caller goes on.
+
+    ``make(stopped)`` should end soon after ``stopped()`` is true, by an exception.  On leaving the
+    block it is told to, and waited for.
+    """
+
+    def __init__(self, make: Callable[[Stopped], Made]) -> None:
+        self._make = make
+        self._dropped = Event()
+        self._made: list[Made] = []
+        self._error: BaseException | None = None
+        self._thread: Thread | None = None
+
+    def __enter__(self) -> Ahead[Made]:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._dropped.set()
+        if self._thread is not None:
+            self._thread.join()
+
+    def begin(self) -> None:
+        """Make it on a thread of its own from now on, unless there is but one to use."""
+        if self._thread is None and not self._made and thread_count() > 1:
+            load_imported()  # in the caller's thread, which hears Ctrl-C
+            thread = Thread(target=self._run)
+            thread.start()
+            self._thread = thread
+
+    def result(self, stopped: Stopped = lambda: False) -> Made:
+        """Wait for it, or make it; ``stopped`` is called on the caller's thread alone.
+
+        Raises what ``make`` raises.
+        """
+        if self._thread is not None:
+            while self._thread.is_alive():
+                self._thread.join(_GLANCE)
+                if stopped():
+                    self._dropped.set()
+        elif not self._made:
+            self._made.append(self._make(stopped))
+        if self._error is not None:
+            raise self._error
+        return self._made[0]
+
+    def _run(self) -> None:
+        try:
+            self._made.append(self._make(self._dropped.is_set))
+        except BaseException as error:
+            self._error = error

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.kernels.thin import sum_up_cells, whole_faces
 
+_MOST_VERTICES = 2_000_000  # of which three numbers fit into 64 bits
 _COARSER = 0.95  # beyond what the numbers ask for, so that few rounds are needed
 
 
@@ -37,7 +38,8 @@ def _cluster(mesh: TriangleMesh, cells: int) -> TriangleMesh:
     steps = np.array([1, shape[0], shape[0] * shape[1]])
     place, counts, sums = sum_up_cells(mesh.vertices, low, 1.0, edge / cells, shape, steps)
     means = low + sums / counts[:, None]
-    left = _once(whole_faces(mesh.faces, place))
+    whole = whole_faces(mesh.faces, place)
+    left = whole[first_faces(whole, len(means))]
     specks = mesh.faces[_largest(mesh, place, left)]
     return TriangleMesh.from_soup(
         np.concatenate([means, mesh.vertices[specks].reshape(-1, 3)]),
@@ -45,14 +47,21 @@ def _cluster(mesh: TriangleMesh, cells: int) -> TriangleMesh:
     )
 
 
-def _once(faces: IntArray) -> IntArray:
-    """Those with the same corners once, in no particular order."""
-    low, middle, high = np.sort(faces, axis=1).T
-    order = np.lexsort((high, middle, low))
-    ranked = np.stack([low, middle, high])[:, order]
-    first = np.ones(len(faces), dtype=bool)
-    first[1:] = (ranked[:, 1:] != ranked[:, :-1]).any(axis=0)
-    return faces[order[first]]
+def first_faces(faces: IntArray, vertices: int) -> NDArray[np.int64]:
+    """(k,) the first face of each set of corners among ``faces`` (m, 3), in the order of these
+    sets.  Corners are numbers below ``vertices``."""
+    a, b, c = faces.T.astype(np.int64)
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    pairs = low * vertices + (a + b + c - low - high)
+    if vertices > _MOST_VERTICES:
+        _, pairs = np.unique(pairs, return_inverse=True)
+    keys = pairs * vertices + high
+    # Not stable, which would take three times as long; so the first of equals is looked for.
+    order = np.argsort(keys)
+    ranked = keys[order]
+    first = np.ones(len(faces), dtype=np.bool_)
+    first[1:] = ranked[1:] != ranked[:-1]
+    return np.asarray(np.minimum.reduceat(order, np.flatnonzero(first)))
 
 
 def _largest(mesh: TriangleMesh, place: IntArray, left: IntArray) -> NDArray[np.int64]:

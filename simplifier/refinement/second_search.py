@@ -8,6 +8,7 @@ from dataclasses import replace
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.room import SURFACE, Room
 from simplifier.options.stages import RefineOptions
+from simplifier.progress import Best
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import Judge
 from simplifier.refinement.search import Stop, pull_into, refine
@@ -18,6 +19,8 @@ _MOST_MOVES = 30_000  # more gain nothing
 _FEWER_MOVES = 0.5  # where there are fewer triangles
 _DOUBTFUL = 0.08  # of recall: faults that make a search with fewer triangles worth its time
 _SUFFICES = 0.5  # of recall: below it, that many triangles never do
+_FORESEEN = 0.3  # of a search with fewer triangles, when it tells whether it may do as well
+_HOPEFUL = 0.6  # of the recall of what is chosen, that it then has at least: others had 0.5
 
 
 PART = 4
@@ -90,12 +93,23 @@ def search_with_fewer(
 
     Of a smooth sheet each triangle more is one more that may stick out, and by some seeds all that
     a search had found was worth less than with fewer.  So a budget should not be spent for its own
-    sake.  Where many parts are to be hidden fewer triangles never do, and are not tried.
+    sake.  Where many parts are to be hidden fewer triangles never do, and are not tried or soon
+    given up.
     """
     if judge.worth(chosen) < _SUFFICES or not is_doubtful(found, chosen, judge):
         return None
     few, fewer = budget // PART, replace(options, moves=round(_FEWER_MOVES * options.moves))
-    again = refine(begin(few), room, views, few, fewer, seed, stop, None, judge.views.outlines)
+    hopeful = None
+
+    def ends(share: float, measure: float, best: Best) -> bool:
+        nonlocal hopeful
+        if share >= _FORESEEN and hopeful is None:
+            hopeful = judge.recall(best()) >= _HOPEFUL * judge.recall(chosen)
+        return stop(share, measure, best) or hopeful is False
+
+    again = refine(begin(few), room, views, few, fewer, seed, ends, None, judge.views.outlines)
+    if hopeful is False:
+        return None
     hides = [one for one in again if judge.recall(one) >= judge.recall(chosen)]
     best = judge.best_of([chosen, *hides])
     return best if any(best is one for one in hides) else None

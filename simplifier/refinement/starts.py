@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,58 @@ from simplifier.kernels.thin import border_places, crack_triangles, sum_up_cells
 from simplifier.kernels.threads import run_chunks
 from simplifier.refinement.decimate import coarse, decimate_into
 from simplifier.refinement.fields import smoothed
-from simplifier.refinement.reduce import reduce_to
+from simplifier.refinement.reduce import first_faces, reduce_to
+from simplifier.refinement.search import pull_into
+
+
+class Surfaces:
+    """What searches may begin with that is not cut: the solid's surface, and the mesh itself.
+
+    ``shown`` is what pictures show of the mesh, world units; ``grid`` that of the solid.
+    """
+
+    def __init__(self, shown: TriangleMesh, grid: VoxelGrid) -> None:
+        self._shown, self._grid = shown, grid
+        self._decimated: dict[tuple[int, int], list[FloatArray]] = {}
+
+    @cached_property
+    def _clusters(self) -> tuple[FloatArray, IntArray]:
+        """Which are decimated to any number of triangles."""
+        return cluster_vertices(self._shown, self._grid)
+
+    def decimated(self, budget: int, room: Room) -> list[FloatArray]:
+        """The solid's surface, and the mesh in cells of voxels: soups (m, 3, 3) in the place of the
+        ``room``, m at most the budget.
+
+        Kept by their budget and the room's limit; all rooms are one, up to different limits.
+        """
+        key = budget, room.limit
+        if key not in self._decimated:
+            self._decimated[key] = self._decimate(budget, room)
+        return self._decimated[key]
+
+    def _decimate(self, budget: int, room: Room) -> list[FloatArray]:
+        makers = (
+            lambda: enclosed_start(room, budget),
+            lambda: decimate_into(*self._clusters, room, budget),
+        )
+        soups = [np.empty((0, 3, 3))] * len(makers)
+
+        def make(begin: int, end: int) -> None:
+            for index in range(begin, end):
+                soups[index] = _pulled(*makers[index](), room)
+
+        run_chunks(make, len(makers))
+        return soups
+
+    def fine(self, budget: int, rooms: Sequence[Room]) -> list[FloatArray]:
+        """The mesh in fewer triangles, as thin as pictures show it, in each room."""
+        starts = fine_starts(self._shown, self._grid, rooms, budget)
+        return [_pulled(*one, room) for room, one in zip(rooms, starts, strict=True)]
+
+
+def _pulled(vertices: FloatArray, faces: IntArray, room: Room) -> FloatArray:
+    return pull_into(vertices[faces] + room.margin, room)
 
 
 def enclosed_start(room: Room, budget: int) -> tuple[FloatArray, IntArray]:
@@ -97,13 +149,8 @@ def cluster_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, I
 
 
 def _once(faces: IntArray, vertices: int) -> IntArray:
-    """Those with the same corners once, the first of them, in their order.
-
-    Three of the ``vertices``, 2 million at most, fit into 64 bits.
-    """
-    low, middle, high = np.sort(faces, axis=1).astype(np.int64).T
-    _, first = np.unique((low * vertices + middle) * vertices + high, return_index=True)
-    return np.ascontiguousarray(faces[np.sort(first)])
+    """Those with the same corners once, the first of them, in their order."""
+    return np.ascontiguousarray(faces[np.sort(first_faces(faces, vertices))])
 
 
 def weld_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray]:

@@ -3,28 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from simplifier.device.choice import open_device
-from simplifier.device.device import Device
 from simplifier.device.remembering import remembering
-from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import Solid
-from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere
-from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.threads import Ahead
 from simplifier.options.stages import ERROR_VOXELS, Options
-from simplifier.progress import Best, Deadline, Stopwatch, silent
-from simplifier.refinement.annealing import RefineViews, by_looks
-from simplifier.refinement.decimate import decimate_into
-from simplifier.refinement.depths import NO_DEPTHS, Depths
-from simplifier.refinement.finalists import MUCH, OUTLINE, FineViews, Judge, Outlines
+from simplifier.progress import Best, Deadline, Stopwatch
+from simplifier.refinement.finalists import MUCH, OUTLINE, Judge, Outlines
 from simplifier.refinement.search import Stop, hidden_share, pull_into, refine
 from simplifier.refinement.second_search import (
     PART,
@@ -32,28 +25,20 @@ from simplifier.refinement.second_search import (
     search_again,
     search_with_fewer,
 )
-from simplifier.refinement.starts import cluster_vertices, enclosed_start, fine_starts
-from simplifier.refinement.thin import thinned
 from simplifier.refinement.withdraw import withdraw
-from simplifier.selection.measure import search_projections, silhouettes
-from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
+from simplifier.selection.measure import search_projections
+from simplifier.steps.look import MANY, Looks, StoppedError
 
-_FINE_VIEWS = 12  # that decide between what was found and the starts
-_OUTLINES = 32  # that overhang and front are judged in
-_FRONT = 128  # pixels a side of pictures for front: as many as for overhang would tell no more
 _SEALING_VIEWS = 4096  # in which nothing may stick out of an open mesh that is kept inside
 _CLEAN_VIEWS = 896  # in a row, after which no others are looked at
-_ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
-_MANY, _EACH = 64.0, 0.35  # more triangles reach all of the room sooner, by that power of them
 _LEAST = 32  # of a budget of many that is divided
 _LARGER = 0.75  # of the time, until the quarter's turn
 _CHANCE = 0.01  # of recall, between two views of the same
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and second end
+_FORESEEN = 0.5  # of a search, when it tells nearly how much it will find
 _LITTLE = 0.1  # of the original's score: planar sections of hills have less, others far more
 _SHEET = 0.01  # of the solid: what a sheet may enclose
-_TINY = 1e-9
-_FEW_FINE_VIEWS = 6  # where a time limit is short
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
 
@@ -78,21 +63,18 @@ class Refined:
     words: str
 
 
-class _StoppedError(Exception):
-    """Time is up or the run is cancelled before there is a picture to refine by."""
-
-
 def improve(
     start: FloatArray,
     mesh: TriangleMesh,
     solid: Solid,
     room: Room | None,
+    looks: Ahead[Looks],
     options: Options,
     watch: Stopwatch,
     deadline: Deadline,
     overrides: Overrides = NO_OVERRIDES,
 ) -> Refined:
-    """Move the triangles (m, 3, 3) of grid space within the room.
+    """Move the triangles (m, 3, 3) of grid space within the room, by ``looks`` at the original.
 
     That keeps the error bound, and regions open.  Searches begin from them and from decimated
     surfaces; finer pictures then decide between what they find and the starts as they are.
@@ -102,7 +84,7 @@ def improve(
     """
     if room is None:
         return _unmoved(start, ERROR_VOXELS)
-    found = _moved(start, mesh, solid, room, options, watch, deadline, overrides)
+    found = _moved(start, solid, room, looks, options, watch, deadline, overrides)
     if not solid.open:
         return found
     return replace(found, triangles=_sealed(found.triangles, mesh, solid, options))
@@ -127,9 +109,9 @@ def _sealed(
 
 def _moved(
     start: FloatArray,
-    mesh: TriangleMesh,
     solid: Solid,
     room: Room,
+    looks: Ahead[Looks],
     options: Options,
     watch: Stopwatch,
     deadline: Deadline,
@@ -139,16 +121,9 @@ def _moved(
     margin = room.margin
     if options.refine.moves == 0:
         return _unmoved(pull_into(start + margin, room) - margin, room.bound)
-    drawn = solid.core.to_grid(overrides.triangles) + margin
-    shown = thinned(mesh)
-    placed = solid.core.to_grid(shown.vertices)
-    placed += margin
-    original = _two_as_one((placed, shown.faces), as_mesh(drawn))
-    del placed
-    device = remembering(open_device(options.device))
     try:
-        views = _views(original, drawn, solid, options, margin, watch, deadline, device)
-    except _StoppedError:
+        seen = looks.result(lambda: watch.cancelled or deadline.is_up)
+    except StoppedError:
         if solid.reach > 0 and not overrides.open and options.error_bound is None:
             return _unmoved(start, ERROR_VOXELS)
         return _unmoved(pull_into(start + margin, room) - margin, room.bound)
@@ -166,39 +141,14 @@ def _moved(
 
         return stop
 
-    aims = options.refine
-
-    def depths(lines: FloatArray, size: int) -> Depths:
-        if aims.front >= 1.0:
-            return NO_DEPTHS
-        tolerance = 2.0 * FRONT_DEPTH * BoundingSphere.of(mesh).radius / solid.core.cell_size
-        turned = options.solid.viewers != "above"
-        return Depths.of(*original, lines, size, tolerance, turned, device)
-
-    if aims.front < 1.0:
-        views = replace(views, depths=depths(views.projections, SIZE).rows_of_search())
     in_time = deadline.left > _SEVERAL_SECONDS
-    decimated = (aims.decimated and in_time) or (
+    decimated = (options.refine.decimated and in_time) or (
         solid.enclosed_fraction < _SHEET
-        and hidden_share(start + margin, room, views, aims) < _LITTLE
+        and hidden_share(start + margin, room, seen.views, options.refine) < _LITTLE
     )
-    several = decimated and in_time
-    outlines = None
-    follows = aims.overhang < 1.0 or aims.front < 1.0
-    if solid.reach > 0 and (several or (follows and not deadline.limited)):
-        lines = search_projections(solid, options, _OUTLINES, margin)
-        outlines = Outlines.of(*original, lines, drawn, depths(lines, _FRONT), device)
-
-    def judge() -> Judge:
-        count = _FINE_VIEWS if several else _FEW_FINE_VIEWS
-        fine = search_projections(solid, options, count, margin)
-        own = outlines or Outlines.of(*original, fine, drawn, device=device)
-        pictures = FineViews.of(*original, fine, own)
-        return Judge(pictures, aims.precision, aims.overhang, front=aims.front)
-
     run = _Run(
-        start + margin, shown, solid, room, options, views, outlines, judge, decimated,
-        several, deadline, tell, lambda: watch.cancelled,
+        start + margin, seen, options, decimated, decimated and in_time, deadline, tell,
+        lambda: watch.cancelled,
     )  # fmt: skip
     found = _never_worse(run, options.selection.budget, 0.0, 1.0)
     return replace(found, triangles=found.triangles - margin)
@@ -209,20 +159,14 @@ class _Run:
     """What all searches of a run share, whatever their budgets.
 
     ``start``    (m, 3, 3) planar sections, in the room's place.
-    ``shown``    what pictures show of the mesh.
-    ``room``     as wide as the error bound lets it be.
+    ``looks``    at the original, in a room that is as wide as the error bound lets it be.
     ``decimated``  whether searches begin from decimated surfaces, too.
     ``several``  whether there is time for all that these may call for.
     """
 
     start: FloatArray
-    shown: TriangleMesh
-    solid: Solid
-    room: Room
+    looks: Looks
     options: Options
-    views: RefineViews
-    outlines: Outlines | None
-    make_judge: Callable[[], Judge]
     decimated: bool
     several: bool
     deadline: Deadline
@@ -230,14 +174,15 @@ class _Run:
     cancelled: Callable[[], bool]
 
     @cached_property
-    def judge(self) -> Judge:
-        """Only made where there is something to judge: its pictures take time."""
-        return self.make_judge()
+    def outlines(self) -> Outlines | None:
+        """None where the search's own views have to do."""
+        in_time = self.several or not self.deadline.limited
+        return self.looks.outlines if in_time and self.looks.needs_outlines(self.several) else None
 
     @cached_property
-    def clusters(self) -> tuple[FloatArray, IntArray]:
-        """The surface in cells of voxels, which is decimated to any number of triangles."""
-        return cluster_vertices(self.shown, self.solid.core)
+    def judge(self) -> Judge:
+        """Only made where there is something to judge: its pictures take time."""
+        return self.looks.judge(self.several, self.outlines)
 
     @property
     def again(self) -> bool:
@@ -251,7 +196,7 @@ def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:
     Of more triangles each may stick out by a little, and prices that rise with that may leave less
     than fewer triangles had.  Up to 64 :func:`search_with_fewer` is enough.
     """
-    if budget <= _MANY or not run.again:
+    if budget <= MANY or not run.again:
         return _found(run, budget, begin, end)[0]
     middle = begin + _LARGER * (end - begin)
     large, doubtful = _found(run, budget, begin, middle)
@@ -274,32 +219,40 @@ def _hides_more(small: FloatArray, large: FloatArray, judge: Judge) -> bool:
 def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, bool]:
     """By searches with so many triangles, in this part of the stage; and whether fewer may do
     better."""
-    aims, seed, views, deadline = run.options.refine, run.options.seed, run.views, run.deadline
-    room = narrowed_room(run.room, views, aims.overhang, budget)
+    aims, seed, deadline = run.options.refine, run.options.seed, run.deadline
+    looks, views = run.looks, run.looks.views
+    room = looks.room_for(budget)
     starts = [pull_into(run.start, room)]
     if run.decimated:
-        starts += _decimated_starts(run, budget, room)
+        starts += looks.surfaces.decimated(budget, room)
     judged = run.several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
     first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))
-    found = refine(
-        starts, room, views, budget, aims, seed, run.tell(begin, first if run.again else end),
-        deadline.part(1.0 - _closing_share(run.several)) if deadline.limited else None,
-        run.outlines,
-    )  # fmt: skip
+    # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
+    much = MUCH if budget <= MANY else 1.0
     begun = _listed(_STARTS[: len(starts)])
     searched = f"The occluder was found by searches that began with {begun}."
-    if not judged:
-        return Refined((found or starts)[0], room.bound, searched), False
+    tell = run.tell(begin, first if run.again else end)
+    with Ahead(lambda stopped: looks.surfaces.fine(budget, (room, looks.room))) as fine:
 
-    def spare() -> list[FloatArray]:
-        """What is thin sticks out by little, however far it is moved: all of the room is for it."""
-        if deadline.limited:  # which has left no time for it
-            return []
-        return _fine_starts(run, budget, (room, run.room))
+        def stop(share: float, measure: float, best: Best) -> bool:
+            if run.again and share >= _FORESEEN and measure < much:
+                fine.begin()
+            return tell(share, measure, best)
 
-    judge = run.judge
-    # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
-    best, better = judge.best_of([*found, *starts], spare, MUCH if budget <= _MANY else 1.0), None
+        found = refine(
+            starts, room, views, budget, aims, seed, stop,
+            deadline.part(1.0 - _closing_share(run.several)) if deadline.limited else None,
+            run.outlines,
+        )  # fmt: skip
+        if not judged:
+            return Refined((found or starts)[0], room.bound, searched), False
+
+        def spare() -> list[FloatArray]:
+            """What is thin sticks out by little, however far it is moved: it has all the room."""
+            return [] if deadline.limited else fine.result()  # a limit has left no time for it
+
+        judge = run.judge
+        best, better = judge.best_of([*found, *starts], spare, much), None
     if run.again and not run.cancelled():
         better = search_again(
             found, best, room, views, judge, budget, aims, seed, run.tell(first, second)
@@ -308,12 +261,12 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
             best = better[0]
             found = [*found, best]
         fewer = None
-        if budget <= _MANY:
+        if budget <= MANY:
 
             def make(few: int) -> list[FloatArray]:
                 if aims.searches == 1 and len(starts[0]) > 0:
                     return starts[:1]  # a single search begins with the first alone
-                return [starts[0], *_decimated_starts(run, few, room)]
+                return [starts[0], *looks.surfaces.decimated(few, room)]
 
             fewer = search_with_fewer(
                 make, found, best, room, views, judge, budget, aims, seed, run.tell(second, end)
@@ -332,97 +285,13 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
         return Refined(best, room.bound, words), doubtful
     names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
     words = f"No search did better than {(*names, _THIN)[0]}, which became the occluder."
-    return Refined(best, room.bound if names else run.room.bound, words), doubtful
-
-
-def narrowed_room(room: Room, views: RefineViews, overhang: float, budget: int) -> Room:
-    """No more of it than could give so much times the overhang asked for, all around."""
-    reach = _ALL_AROUND * overhang / max(views.outline(), _TINY)
-    return room.within(reach * min(1.0, _MANY / budget) ** _EACH)
+    return Refined(best, room.bound if names else looks.room.bound, words), doubtful
 
 
 def _listed(names: Sequence[str]) -> str:
     return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
 
 
-def _two_as_one(
-    one: tuple[FloatArray, IntArray], other: tuple[FloatArray, IntArray]
-) -> tuple[FloatArray, IntArray]:
-    """Two meshes as one; the first is only copied where it must."""
-    if len(other[1]) == 0:
-        return one
-    return np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1] + len(one[0])])
-
-
 def _closing_share(several: bool) -> float:
     """Of what a time limit leaves: for tidying up what was found, and for judging it."""
     return 0.08 if several else 0.18
-
-
-def _decimated_starts(run: _Run, budget: int, room: Room) -> list[FloatArray]:
-    """The solid's surface, and the mesh itself, in no more triangles."""
-    makers = (
-        lambda: enclosed_start(room, budget),
-        lambda: decimate_into(*run.clusters, room, budget),
-    )
-    soups = [np.empty((0, 3, 3))] * len(makers)
-
-    def make(begin: int, end: int) -> None:
-        for index in range(begin, end):
-            vertices, faces = makers[index]()
-            soups[index] = pull_into(vertices[faces] + room.margin, room)
-
-    run_chunks(make, len(makers))
-    return soups
-
-
-def _fine_starts(run: _Run, budget: int, rooms: Sequence[Room]) -> list[FloatArray]:
-    """The mesh itself in fewer triangles, as thin as pictures show it, in each room."""
-    starts = fine_starts(run.shown, run.solid.core, rooms, budget)
-    return [
-        pull_into(vertices[faces] + room.margin, room)
-        for room, (vertices, faces) in zip(rooms, starts, strict=True)
-    ]
-
-
-def _views(
-    original: tuple[FloatArray, IntArray],
-    by_hand: FloatArray,
-    solid: Solid,
-    options: Options,
-    margin: float,
-    watch: Stopwatch,
-    deadline: Deadline,
-    device: Device,
-) -> RefineViews:
-    """The original as the search sees it, in fewer views where a time limit is short."""
-
-    def tell(share: float) -> None:
-        if watch.cancelled or deadline.is_up:
-            raise _StoppedError
-
-    def drawn(count: int) -> RefineViews:
-        tell(0.0)
-        projections = by_looks(search_projections(solid, options, count, margin))
-        drawing = deadline.rest()
-
-        def keep_pace(share: float) -> None:
-            tell(share)
-            if share < 0.5 < drawing.share:  # so slow that nothing would be left for refining
-                raise _StoppedError
-
-        heard = silent if watch.is_alone and not deadline.limited else keep_pace
-        originals = silhouettes(*original, projections, heard, device)
-        return RefineViews(projections, originals, by_hand)
-
-    most = options.refine.views
-    if not deadline.limited:
-        return drawn(most)
-    before = deadline.left
-    few = drawn(min(FEW_VIEWS, most))
-    count = len(few.projections)
-    more = affordable_views(most, count, before - deadline.left, deadline.left)
-    if more > count:
-        with suppress(_StoppedError):
-            return drawn(more)
-    return few

@@ -17,7 +17,7 @@ from simplifier.refinement.second_search import search_again
 from simplifier.refinement.starts import cluster_vertices, enclosed_start
 from simplifier.refinement.thin import thinned
 from simplifier.selection.measure import search_projections, silhouettes
-from simplifier.steps.refine import _FINE_VIEWS, _OUTLINES, narrowed_room
+from simplifier.steps.look import FINE_VIEWS, OUTLINES, narrowed_room
 from simplifier.steps.room import open_room, solid_to_cut
 from simplifier.steps.solid import solidify
 
@@ -47,9 +47,9 @@ def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occlu
         decimate_into(*cluster_vertices(shown, solid.core), room, budget),
     ):
         starts.append(pull_into(vertices[faces] + margin, room))
-    outlines = Outlines.of(*original, search_projections(solid, options, _OUTLINES, margin))
+    outlines = Outlines.of(*original, search_projections(solid, options, OUTLINES, margin))
     found = refine(starts, room, views, budget, aims, options.seed, outlines=outlines)
-    fine = search_projections(solid, options, _FINE_VIEWS, margin)
+    fine = search_projections(solid, options, FINE_VIEWS, margin)
     judge = Judge(FineViews.of(*original, fine, outlines), aims.precision, aims.overhang)
     best = judge.best_of([*found, *starts])
     better = search_again(found, best, room, views, judge, budget, aims, options.seed)

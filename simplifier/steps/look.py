@@ -1,0 +1,236 @@
+"""TriangleMesh, Solid, Room -> Looks: what refining knows of the original before it has a start.
+
+None of it asks for sections, so it may be made while these are cut.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from simplifier.device.choice import open_device
+from simplifier.device.device import Device
+from simplifier.device.remembering import remembering
+from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
+from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
+from simplifier.geometry.room import Room
+from simplifier.geometry.solid import Solid
+from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere
+from simplifier.kernels.bit_image import SIZE
+from simplifier.kernels.threads import Ahead, Stopped
+from simplifier.options.stages import Options
+from simplifier.progress import Deadline, Stopwatch, silent
+from simplifier.refinement.annealing import RefineViews, by_looks
+from simplifier.refinement.depths import NO_DEPTHS, Depths
+from simplifier.refinement.finalists import FineViews, Judge, Outlines
+from simplifier.refinement.starts import Surfaces
+from simplifier.refinement.thin import thinned
+from simplifier.selection.measure import search_projections, silhouettes
+from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
+
+FINE_VIEWS = 12
+"""Views that decide between what was found and the starts."""
+
+OUTLINES = 32
+"""Views that overhang and front are judged in."""
+
+MANY = 64
+"""Triangles above which each may stick out by less."""
+
+_FEW_FINE_VIEWS = 6  # where a time limit is short
+_FRONT = 128  # pixels a side of pictures for front: as many as for overhang would tell no more
+_ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
+_EACH = 0.35  # the power of a budget by which more triangles reach all of the room sooner
+_TINY = 1e-9
+
+
+class StoppedError(Exception):
+    """Time is up or the run is cancelled before there is a picture to refine by."""
+
+
+@dataclass(frozen=True, eq=False)
+class Looks:
+    """Pictures of the original, and its surfaces in fewer triangles; in the room's place.
+
+    ``original``  vertices (n, 3) and faces (m, 3) of what pictures show, and of what is drawn.
+    ``drawn``     (k, 3, 3) the triangles of it that are drawn by hand.
+    ``views``     what searches look at.
+    ``surfaces``  what searches may begin with.
+    ``depth``     units by which an occluder may stand before the surface.
+    """
+
+    original: tuple[FloatArray, IntArray]
+    drawn: FloatArray
+    views: RefineViews
+    surfaces: Surfaces
+    solid: Solid
+    room: Room
+    options: Options
+    depth: float
+    device: Device
+
+    @cached_property
+    def outlines(self) -> Outlines:
+        """What tells searches how far they stick out; they do not see these pictures."""
+        lines = search_projections(self.solid, self.options, OUTLINES, self.room.margin)
+        depths = self.depths(lines, _FRONT)
+        return Outlines.of(*self.original, lines, self.drawn, depths, self.device)
+
+    def judge(self, several: bool, outlines: Outlines | None) -> Judge:
+        """Of finer pictures: fewer where there is no time for ``several`` searches; overhang is
+        judged by the ``outlines`` or, where none were made, by those of these pictures."""
+        count, aims = FINE_VIEWS if several else _FEW_FINE_VIEWS, self.options.refine
+        fine = search_projections(self.solid, self.options, count, self.room.margin)
+        if outlines is None:
+            outlines = Outlines.of(*self.original, fine, self.drawn, device=self.device)
+        pictures = FineViews.of(*self.original, fine, outlines)
+        return Judge(pictures, aims.precision, aims.overhang, front=aims.front)
+
+    def room_for(self, budget: int) -> Room:
+        """The room of searches with so many triangles."""
+        return narrowed_room(self.room, self.views, self.options.refine.overhang, budget)
+
+    def prepare(self) -> None:
+        """Make what a run that has no time limit asks for in any case."""
+        if self.options.refine.decimated:
+            budget = self.options.selection.budget
+            self.surfaces.decimated(budget, self.room_for(budget))
+        if self.needs_outlines(self.options.refine.decimated):
+            _ = self.outlines
+
+    def needs_outlines(self, several: bool) -> bool:
+        """Whether they are judged by, in a run that has time for them.
+
+        ``several``  whether searches may follow the first.
+        """
+        aims = self.options.refine
+        return self.solid.reach > 0 and (several or aims.overhang < 1.0 or aims.front < 1.0)
+
+    def depths(self, lines: FloatArray, size: int) -> Depths:
+        """By projections (V, 2, 4) to 64 x 64 pixels, in pictures of ``size``; none where what is
+        in front costs nothing."""
+        if self.options.refine.front >= 1.0:
+            return NO_DEPTHS
+        turned = self.options.solid.viewers != "above"
+        return Depths.of(*self.original, lines, size, self.depth, turned, self.device)
+
+
+@contextmanager
+def looking(
+    mesh: TriangleMesh,
+    solid: Solid,
+    room: Room | None,
+    options: Options,
+    watch: Stopwatch,
+    deadline: Deadline,
+    overrides: Overrides = NO_OVERRIDES,
+) -> Iterator[Ahead[Looks]]:
+    """Look at the mesh while the block cuts sections, which leaves a core idle.
+
+    With a time limit the cut comes first, and the mesh is looked at when the block asks for it.
+    That needs a ``room``.
+    """
+
+    def make(stopped: Stopped) -> Looks:
+        assert room is not None
+        heard = None if watch.is_alone else stopped
+        looks = look(mesh, solid, room, options, deadline, overrides, heard)
+        if not deadline.limited:
+            looks.prepare()
+        return looks
+
+    with Ahead(make) as looks:
+        aims = options.refine
+        # In a draft both take so little that a hand-over loses what it gains.
+        if room is not None and aims.moves > 0 and aims.decimated and not deadline.limited:
+            looks.begin()
+        yield looks
+
+
+def look(
+    mesh: TriangleMesh,
+    solid: Solid,
+    room: Room,
+    options: Options,
+    deadline: Deadline,
+    overrides: Overrides = NO_OVERRIDES,
+    stopped: Stopped | None = None,
+) -> Looks:
+    """The pictures that searches look at; all others are made when they are asked for.
+
+    Raises :class:`StoppedError` soon after ``stopped`` is true, if given.
+    """
+    drawn = solid.core.to_grid(overrides.triangles) + room.margin
+    shown = thinned(mesh)
+    placed = solid.core.to_grid(shown.vertices)
+    placed += room.margin
+    original = _two_as_one((placed, shown.faces), as_mesh(drawn))
+    device = remembering(open_device(options.device))
+    views = _views(original, drawn, solid, options, room.margin, deadline, device, stopped)
+    depth = 2.0 * FRONT_DEPTH * BoundingSphere.of(mesh).radius / solid.core.cell_size
+    surfaces = Surfaces(shown, solid.core)
+    looks = Looks(original, drawn, views, surfaces, solid, room, options, depth, device)
+    depths = looks.depths(views.projections, SIZE).rows_of_search()
+    return replace(looks, views=replace(views, depths=depths))
+
+
+def _views(
+    original: tuple[FloatArray, IntArray],
+    by_hand: FloatArray,
+    solid: Solid,
+    options: Options,
+    margin: float,
+    deadline: Deadline,
+    device: Device,
+    stopped: Stopped | None,
+) -> RefineViews:
+    """The original as the search sees it, in fewer views where a time limit is short."""
+
+    def tell(share: float) -> None:
+        if stopped is not None and stopped():
+            raise StoppedError
+
+    def drawn(count: int) -> RefineViews:
+        tell(0.0)
+        projections = by_looks(search_projections(solid, options, count, margin))
+        drawing = deadline.rest()
+
+        def keep_pace(share: float) -> None:
+            tell(share)
+            if share < 0.5 < drawing.share:  # so slow that nothing would be left for refining
+                raise StoppedError
+
+        heard = silent if stopped is None and not deadline.limited else keep_pace
+        originals = silhouettes(*original, projections, heard, device)
+        return RefineViews(projections, originals, by_hand)
+
+    most = options.refine.views
+    if not deadline.limited:
+        return drawn(most)
+    before = deadline.left
+    few = drawn(min(FEW_VIEWS, most))
+    count = len(few.projections)
+    more = affordable_views(most, count, before - deadline.left, deadline.left)
+    if more > count:
+        with suppress(StoppedError):
+            return drawn(more)
+    return few
+
+
+def narrowed_room(room: Room, views: RefineViews, overhang: float, budget: int) -> Room:
+    """No more of it than could give so much times the overhang asked for, all around."""
+    reach = _ALL_AROUND * overhang / max(views.outline(), _TINY)
+    return room.within(reach * min(1.0, MANY / budget) ** _EACH)
+
+
+def _two_as_one(
+    one: tuple[FloatArray, IntArray], other: tuple[FloatArray, IntArray]
+) -> tuple[FloatArray, IntArray]:
+    """Two meshes as one; the first is only copied where it must."""
+    if len(other[1]) == 0:
+        return one
+    return np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1] + len(one[0])])

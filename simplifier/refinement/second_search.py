@@ -16,10 +16,10 @@ from simplifier.refinement.search import Stop, pull_into, refine
 _FAULTS = 0.12  # of recall, that what was found has to lose by its faults
 _MOVES = 0.75  # of those of the first search
 _MOST_MOVES = 30_000  # more gain nothing
-_FEWER_MOVES = 0.5  # where there are fewer triangles
+_FEWER_MOVES = 0.35  # where there are fewer triangles
 _DOUBTFUL = 0.08  # of recall: faults that make a search with fewer triangles worth its time
 _SUFFICES = 0.5  # of recall: below it, that many triangles never do
-_FORESEEN = 0.3  # of a search with fewer triangles, when it tells whether it may do as well
+_FORESEEN = 0.4  # of a search with fewer triangles, when it tells whether it may do as well
 _HOPEFUL = 0.6  # of the recall of what is chosen, that it then has at least: others had 0.5
 
 

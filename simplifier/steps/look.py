@@ -94,14 +94,6 @@ class Looks:
         """The room of searches with so many triangles."""
         return narrowed_room(self.room, self.views, self.options.refine.overhang, budget)
 
-    def prepare(self) -> None:
-        """Make what a run that has no time limit asks for in any case."""
-        if self.options.refine.decimated:
-            budget = self.options.selection.budget
-            self.surfaces.decimated(budget, self.room_for(budget))
-        if self.needs_outlines(self.options.refine.decimated):
-            _ = self.outlines
-
     def needs_outlines(self, several: bool) -> bool:
         """Whether they are judged by, in a run that has time for them.
 
@@ -139,8 +131,8 @@ def looking(
         assert room is not None
         heard = None if watch.is_alone else stopped
         looks = look(mesh, solid, room, options, deadline, overrides, heard)
-        if not deadline.limited:
-            looks.prepare()
+        if not deadline.limited and looks.needs_outlines(options.refine.decimated):
+            _ = looks.outlines  # made here and now, since it will be asked for
         return looks
 
     with Ahead(make) as looks:

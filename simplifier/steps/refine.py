@@ -37,6 +37,7 @@ _CHANCE = 0.01  # of recall, between two views of the same
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and second end
 _FORESEEN = 0.5  # of a search, when it tells nearly how much it will find
+_MUCH_BEGUN = 0.5  # of the original's score: searches from sections with so much find as much alone
 _LITTLE = 0.1  # of the original's score: planar sections of hills have less, others far more
 _SHEET = 0.01  # of the solid: what a sheet may enclose
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
@@ -141,15 +142,7 @@ def _moved(
 
         return stop
 
-    in_time = deadline.left > _SEVERAL_SECONDS
-    decimated = (options.refine.decimated and in_time) or (
-        solid.enclosed_fraction < _SHEET
-        and hidden_share(start + margin, room, seen.views, options.refine) < _LITTLE
-    )
-    run = _Run(
-        start + margin, seen, options, decimated, decimated and in_time, deadline, tell,
-        lambda: watch.cancelled,
-    )  # fmt: skip
+    run = _run(start + margin, seen, options, deadline, tell, lambda: watch.cancelled)
     found = _never_worse(run, options.selection.budget, 0.0, 1.0)
     return replace(found, triangles=found.triangles - margin)
 
@@ -161,7 +154,7 @@ class _Run:
     ``start``    (m, 3, 3) planar sections, in the room's place.
     ``looks``    at the original, in a room that is as wide as the error bound lets it be.
     ``decimated``  whether searches begin from decimated surfaces, too.
-    ``several``  whether there is time for all that these may call for.
+    ``several``  whether there is time for searches that follow the first.
     """
 
     start: FloatArray
@@ -188,6 +181,25 @@ class _Run:
     def again(self) -> bool:
         """Whether there is time for further searches."""
         return self.several and not self.deadline.limited
+
+
+def _run(
+    start: FloatArray,
+    looks: Looks,
+    options: Options,
+    deadline: Deadline,
+    tell: Callable[[float, float], Stop],
+    cancelled: Callable[[], bool],
+) -> _Run:
+    aims, in_time = options.refine, deadline.left > _SEVERAL_SECONDS
+    enough = 0.0  # of the original's score, for which sections alone are begun with
+    if aims.decimated and in_time:
+        enough = _MUCH_BEGUN
+    elif looks.solid.enclosed_fraction < _SHEET:
+        enough = _LITTLE
+    decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough
+    several = in_time and (aims.decimated or decimated)
+    return _Run(start, looks, options, decimated, several, deadline, tell, cancelled)
 
 
 def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:

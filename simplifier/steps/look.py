@@ -137,8 +137,7 @@ def looking(
 
     with Ahead(make) as looks:
         aims = options.refine
-        # In a draft both take so little that a hand-over loses what it gains.
-        if room is not None and aims.moves > 0 and aims.decimated and not deadline.limited:
+        if room is not None and aims.moves > 0 and not deadline.limited:
             looks.begin()
         yield looks
 

@@ -97,7 +97,8 @@ def fine_starts(
     Results as of :func:`enclosed_start`.  The cells of :func:`cluster_vertices` leave nothing of a
     thin rod, or a ribbon that is too wide.
     """
-    vertices, faces = weld_vertices(reduce_to(mesh, _MOST_FINE), filled)
+    most = min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE)
+    vertices, faces = weld_vertices(reduce_to(mesh, most), filled)
     by_limit = {room.limit: room for room in rooms}  # often the same twice
     made = {}
 
@@ -109,7 +110,8 @@ def fine_starts(
     return [made[room.limit] for room in rooms]
 
 
-_MOST_FINE = 20_000  # triangles that take a thirtieth of a second
+_FOR_EACH = 160  # triangles that one of a start stands for, where that is within the next two
+_LEAST_FINE, _MOST_FINE = 10_000, 20_000  # the latter take a thirtieth of a second
 
 
 _CELLS = 64  # along the longest edge, at most: what is finer only costs time

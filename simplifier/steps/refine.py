@@ -36,7 +36,6 @@ _LARGER = 0.75  # of the time, until the quarter's turn
 _CHANCE = 0.01  # of recall, between two views of the same
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and second end
-_FORESEEN = 0.5  # of a search, when it tells nearly how much it will find
 _MUCH_BEGUN = 0.5  # of the original's score: searches from sections with so much find as much alone
 _LITTLE = 0.1  # of the original's score: planar sections of hills have less, others far more
 _SHEET = 0.01  # of the solid: what a sheet may enclose
@@ -239,32 +238,25 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
         starts += looks.surfaces.decimated(budget, room)
     judged = run.several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
     first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))
-    # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
-    much = MUCH if budget <= MANY else 1.0
+    found = refine(
+        starts, room, views, budget, aims, seed, run.tell(begin, first if run.again else end),
+        deadline.part(1.0 - _closing_share(run.several)) if deadline.limited else None,
+        run.outlines,
+    )  # fmt: skip
     begun = _listed(_STARTS[: len(starts)])
     searched = f"The occluder was found by searches that began with {begun}."
-    tell = run.tell(begin, first if run.again else end)
-    with Ahead(lambda stopped: looks.surfaces.fine(budget, (room, looks.room))) as fine:
+    if not judged:
+        return Refined((found or starts)[0], room.bound, searched), False
 
-        def stop(share: float, measure: float, best: Best) -> bool:
-            if run.again and share >= _FORESEEN and measure < much:
-                fine.begin()
-            return tell(share, measure, best)
+    def spare() -> list[FloatArray]:
+        """What is thin sticks out by little, however far it is moved: all of the room is for it."""
+        if deadline.limited:  # which has left no time for it
+            return []
+        return looks.surfaces.fine(budget, (room, looks.room))
 
-        found = refine(
-            starts, room, views, budget, aims, seed, stop,
-            deadline.part(1.0 - _closing_share(run.several)) if deadline.limited else None,
-            run.outlines,
-        )  # fmt: skip
-        if not judged:
-            return Refined((found or starts)[0], room.bound, searched), False
-
-        def spare() -> list[FloatArray]:
-            """What is thin sticks out by little, however far it is moved: it has all the room."""
-            return [] if deadline.limited else fine.result()  # a limit has left no time for it
-
-        judge = run.judge
-        best, better = judge.best_of([*found, *starts], spare, much), None
+    judge = run.judge
+    # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
+    best, better = judge.best_of([*found, *starts], spare, MUCH if budget <= MANY else 1.0), None
     if run.again and not run.cancelled():
         better = search_again(
             found, best, room, views, judge, budget, aims, seed, run.tell(first, second)

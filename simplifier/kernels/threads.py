@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import itertools
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from threading import Event, Thread
 from types import TracebackType
 from typing import Generic, TypeVar
@@ -78,6 +78,22 @@ def run_chunks(
         raise min(chunks.errors)[1]
 
 
+Given = TypeVar("Given")
+Made = TypeVar("Made")
+
+
+def run_each(make: Callable[[Given], Made], given: Sequence[Given]) -> list[Made]:
+    """``make`` of each, in their order: several at the same time, as :func:`run_chunks`."""
+    made: dict[int, Made] = {}
+
+    def work(begin: int, end: int) -> None:
+        for index in range(begin, end):
+            made[index] = make(given[index])
+
+    run_chunks(work, len(given))
+    return [made[index] for index in range(len(given))]
+
+
 class _Chunks:
     """A range in chunks, of which every thread takes the next.
 
@@ -122,8 +138,6 @@ def _watch(chunks: _Chunks, helpers: list[Thread], tell: TellShare) -> None:
 
 Stopped = Callable[[], bool]
 """Whether nobody waits for a result any more."""
-
-Made = TypeVar("Made")
 
 
 class Ahead(Generic[Made]):

@@ -15,7 +15,7 @@ from simplifier.kernels.coverage import MaskArray
 from simplifier.kernels.front import pixels_before
 from simplifier.kernels.overhang import count_beside, shares_beside, widen
 from simplifier.kernels.random_quads import exact_quad_pixels, full_areas
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.threads import run_chunks, run_each
 from simplifier.refinement.depths import NO_DEPTHS, Depths, with_depth
 
 SIZE = 256
@@ -185,12 +185,7 @@ class Judge:
 
     def worths(self, soups: Sequence[FloatArray]) -> list[float]:
         """Of each soup; several are judged at the same time, since one leaves cores idle."""
-
-        def score(begin: int, end: int) -> None:
-            for soup in soups[begin:end]:
-                self._score(soup)
-
-        run_chunks(score, len(soups))
+        run_each(self._score, soups)
         return [self.worth(soup) for soup in soups]
 
     def worth(self, triangles: FloatArray) -> float:

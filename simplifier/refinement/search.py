@@ -23,7 +23,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.room import SURFACE, Room
 from simplifier.kernels.annealing import TRIES
 from simplifier.kernels.soup_views import FRONT_STEP, UNIT
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.threads import run_each
 from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
 from simplifier.refinement.annealing import Annealing, Prices, RefineViews, pull_each
@@ -107,12 +107,15 @@ def _begin_searches(
 ) -> list[Annealing]:
     """As many searches: of the first soup, then of the others by score, and again."""
 
-    def search(soup: FloatArray, index: int) -> Annealing:
+    def search(begin: tuple[FloatArray, int]) -> Annealing:
+        soup, index = begin
         return Annealing(soup, room, views, prices, seed * count + index)
 
-    others = sorted(soups[1:], key=lambda soup: -search(soup, 0).score) if count > 1 else []
-    ranked = [soups[0], *others]
-    return [search(ranked[index % len(ranked)], index) for index in range(count)]
+    others = soups[1:] if count > 1 else []
+    scores = [one.score for one in run_each(search, [(soup, 0) for soup in others])]
+    best_first = sorted(range(len(others)), key=lambda one: -scores[one])
+    ranked = [soups[0], *(others[one] for one in best_first)]
+    return run_each(search, [(ranked[index % len(ranked)], index) for index in range(count)])
 
 
 def _confer(searches: list[Annealing], bargain: Bargain, share: float) -> None:
@@ -158,11 +161,7 @@ def _by_time(deadline: Deadline) -> _Slices:
 
 
 def _run(searches: list[Annealing], moves: int, shares: tuple[float, float]) -> None:
-    def work(begin: int, end: int) -> None:
-        for search in searches[begin:end]:
-            search.run(moves, shares)
-
-    run_chunks(work, len(searches))
+    run_each(lambda search: search.run(moves, shares), searches)
 
 
 def _pad_to_equal(soups: Sequence[FloatArray], budget: int) -> list[FloatArray]:

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.room import SURFACE, Room
+from simplifier.kernels.threads import run_each
 from simplifier.options.stages import RefineOptions
 from simplifier.progress import Best
 from simplifier.refinement.annealing import RefineViews
@@ -62,9 +63,11 @@ def _best_drawn_in(
 ) -> tuple[FloatArray, Room]:
     """Of what was found, drawn into any room that is narrower: what is worth most, and its room."""
     rooms = [room.up_to(limit) for limit in range(room.limit - 1, SURFACE - 1, -1)]
-    drawn_in = [(pull_into(one, less), less) for less in rooms for one in found]
-    judged = judge.worths([start for start, _ in drawn_in])
-    return drawn_in[judged.index(max(judged))]
+    pairs = [(one, less) for less in rooms for one in found]
+    drawn_in = run_each(lambda pair: pull_into(*pair), pairs)
+    judged = judge.worths(drawn_in)
+    best = judged.index(max(judged))
+    return drawn_in[best], pairs[best][1]
 
 
 def is_doubtful(found: Sequence[FloatArray], chosen: FloatArray, judge: Judge) -> bool:

@@ -20,7 +20,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.room import WHOLE, Room
 from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.thin import border_places, crack_triangles, sum_up_cells, whole_faces
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.threads import run_each
 from simplifier.refinement.decimate import coarse, decimate_into
 from simplifier.refinement.fields import smoothed
 from simplifier.refinement.reduce import first_faces, reduce_to
@@ -54,18 +54,13 @@ class Surfaces:
         return self._decimated[key]
 
     def _decimate(self, budget: int, room: Room) -> list[FloatArray]:
-        makers = (
-            lambda: enclosed_start(room, budget),
-            lambda: decimate_into(*self._clusters, room, budget),
-        )
-        soups = [np.empty((0, 3, 3))] * len(makers)
+        def of_mesh() -> tuple[FloatArray, IntArray]:
+            return decimate_into(*self._clusters, room, budget)
 
-        def make(begin: int, end: int) -> None:
-            for index in range(begin, end):
-                soups[index] = _pulled(*makers[index](), room)
+        def of_solid() -> tuple[FloatArray, IntArray]:
+            return enclosed_start(room, budget)
 
-        run_chunks(make, len(makers))
-        return soups
+        return run_each(lambda make: _pulled(*make(), room), (of_solid, of_mesh))
 
     def fine(self, budget: int, rooms: Sequence[Room]) -> list[FloatArray]:
         """The mesh in fewer triangles, as thin as pictures show it, in each room."""
@@ -99,15 +94,10 @@ def fine_starts(
     """
     most = min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE)
     vertices, faces = weld_vertices(reduce_to(mesh, most), filled)
-    by_limit = {room.limit: room for room in rooms}  # often the same twice
-    made = {}
-
-    def make(begin: int, end: int) -> None:
-        for limit in list(by_limit)[begin:end]:
-            made[limit] = decimate_into(vertices, faces, by_limit[limit], budget)
-
-    run_chunks(make, len(by_limit))
-    return [made[room.limit] for room in rooms]
+    different = list({room.limit: room for room in rooms}.values())  # often the same twice
+    made = run_each(lambda room: decimate_into(vertices, faces, room, budget), different)
+    by_limit = {room.limit: one for room, one in zip(different, made, strict=True)}
+    return [by_limit[room.limit] for room in rooms]
 
 
 _FOR_EACH = 160  # triangles that one of a start stands for, where that is within the next two

@@ -195,7 +195,8 @@ def surface(shape: Shape) -> int:
 
 
 def refine(size: MeshSize, shape: Shape, options: Options) -> int:
-    """The room; then the mesh's place in the grid or the pictures of the searches."""
+    """The room; then the mesh's place in the grid, beside the sections that are cut meanwhile, or
+    the pictures of the searches."""
     reach = 0 if options.solid.wholly_inside or options.solid.glue else 1
     allowed = _grown(shape, reach + 1)
     growing = 3 * allowed  # the dilation copies twice
@@ -209,6 +210,8 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
     fixed = _KERNELS + (_STARTS if options.refine.decimated else 0)
     if options.refine.moves == 0 and options.time_limit is None:
         return fixed + (0 if reach else growing)
+    if options.time_limit is None and thread_count() > 1:
+        placing += sections(shape, options.sections) - _KERNELS
     return fixed + max(growing, allowed + max(placing, _searches(size, options)))
 
 

@@ -29,6 +29,9 @@ from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections
 from simplifier.steps.look import MANY, Looks, StoppedError
 
+MUCH_BEGUN = 0.5
+"""Of the original's score: sections with so much leave nothing to gain by other starts."""
+
 _SEALING_VIEWS = 4096  # in which nothing may stick out of an open mesh that is kept inside
 _CLEAN_VIEWS = 896  # in a row, after which no others are looked at
 _LEAST = 32  # of a budget of many that is divided
@@ -36,7 +39,6 @@ _LARGER = 0.75  # of the time, until the quarter's turn
 _CHANCE = 0.01  # of recall, between two views of the same
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and second end
-_MUCH_BEGUN = 0.5  # of the original's score: searches from sections with so much find as much alone
 _LITTLE = 0.1  # of the original's score: planar sections of hills have less, others far more
 _SHEET = 0.01  # of the solid: what a sheet may enclose
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
@@ -193,7 +195,7 @@ def _run(
     aims, in_time = options.refine, deadline.left > _SEVERAL_SECONDS
     enough = 0.0  # of the original's score, for which sections alone are begun with
     if aims.decimated and in_time:
-        enough = _MUCH_BEGUN
+        enough = MUCH_BEGUN
     elif looks.solid.enclosed_fraction < _SHEET:
         enough = _LITTLE
     decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough

@@ -1,4 +1,5 @@
-"""Chunks cover the range once, on any number of threads, and exceptions come back."""
+"""Chunks cover the range once, on any number of threads, and exceptions come back; and what is made
+ahead is made once, whoever makes it."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.kernels.threads import run_chunks, thread_count
+from simplifier.kernels.threads import Ahead, run_chunks, run_each, thread_count
 
 sizes = st.integers(0, 200)
 
@@ -157,3 +158,102 @@ def test_without_a_setting_there_are_as_many_as_processors_that_may_be_used(monk
     assert thread_count() == 5
     monkeypatch.setattr(os, "cpu_count", lambda: None)
     assert thread_count() == 1
+
+
+@pytest.mark.parametrize("threads", ["1", "3"])
+def test_each_is_made_in_order_and_an_error_comes_back(monkeypatch, threads):
+    monkeypatch.setenv("OCCLUDER_THREADS", threads)
+    assert run_each(lambda text: text.upper(), "abcdefghijklmnop") == list("ABCDEFGHIJKLMNOP")
+    assert run_each(str, []) == []
+    with pytest.raises(ZeroDivisionError):
+        run_each(lambda number: 1 / number, [2, 1, 0, 4])
+
+
+def made_by(thread_idents):
+    """What notes who makes it."""
+
+    def make(stopped):
+        thread_idents.append(threading.get_ident())
+        return len(thread_idents)
+
+    return make
+
+
+def test_what_is_begun_is_made_while_the_caller_goes_on(monkeypatch):
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+    together = threading.Barrier(2, timeout=20.0)
+    with Ahead(lambda stopped: together.wait()) as ahead:
+        ahead.begin()
+        ahead.begin()  # is begun already
+        together.wait()
+        assert ahead.result() in (0, 1)
+        assert ahead.result() == ahead.result()
+
+
+@pytest.mark.parametrize(("threads", "begins"), [("1", True), ("2", False)])
+def test_else_the_caller_makes_it_when_it_asks_and_once(monkeypatch, threads, begins):
+    monkeypatch.setenv("OCCLUDER_THREADS", threads)
+    makers = []
+    with Ahead(made_by(makers)) as ahead:
+        if begins:
+            ahead.begin()
+        assert makers == []
+        assert (ahead.result(), ahead.result()) == (1, 1)
+    assert makers == [threading.get_ident()]
+    with Ahead(made_by(makers)):
+        pass
+    assert len(makers) == 1  # nobody asked
+
+
+@pytest.mark.parametrize("begins", [False, True])
+def test_an_error_in_making_is_the_callers(monkeypatch, begins):
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+
+    def make(stopped):
+        raise LookupError
+
+    with Ahead(make) as ahead:
+        if begins:
+            ahead.begin()
+        with pytest.raises(LookupError):
+            ahead.result()
+
+
+def test_who_leaves_tells_the_maker_and_waits_for_it(monkeypatch):
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+    seen = []
+
+    def make(stopped):
+        while not stopped():
+            time.sleep(0.001)
+        seen.append(True)
+
+    def leave():
+        with Ahead(make) as ahead:
+            ahead.begin()
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        leave()
+    assert seen == [True]
+
+
+@pytest.mark.parametrize("begins", [False, True])
+def test_whether_to_stop_is_asked_on_the_callers_thread(monkeypatch, begins):
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+    askers = []
+
+    def stopped():
+        askers.append(threading.get_ident())
+        return len(askers) == 3
+
+    def make(asked):
+        while not asked():
+            time.sleep(0.001)
+        return "given up"
+
+    with Ahead(make) as ahead:
+        if begins:
+            ahead.begin()
+        assert ahead.result(stopped) == "given up"
+    assert set(askers) == {threading.get_ident()}

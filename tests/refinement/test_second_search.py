@@ -144,3 +144,24 @@ def test_fewer_triangles_are_not_tried_without_need_or_hope(seen):
     little = slab(-1.3)[:1]
     assert 0.0 < seen[1].worth(little) < 0.5
     assert fewer([slab(1.2)], little, seen, begin) is None
+
+
+@pytest.mark.parametrize(
+    ("soup", "ends"),
+    [(slab(-0.2), 1.0), (slab(-1.4)[:4], 0.4)],
+    ids=["as much", "far less"],
+)
+def test_fewer_triangles_that_hide_far_less_are_soon_given_up(seen, monkeypatch, soup, ends):
+    shares = []
+
+    def search(starts, *given):
+        for share in (0.2, 0.4, 0.6, 0.8, 1.0):
+            shares.append(share)
+            if given[5](share, 0.5, lambda: soup):  # the listener
+                break
+        return [soup]
+
+    monkeypatch.setattr("simplifier.refinement.second_search.refine", search)
+    better = fewer([slab(1.2)], slab(-0.5), seen)
+    assert shares[-1] == ends
+    assert (better is None) == (ends < 1.0)

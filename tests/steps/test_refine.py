@@ -214,6 +214,17 @@ def test_several_starts_are_named_and_one_that_stays_as_it_is(monkeypatch):
         assert simplify_mesh(mesh, chosen).decisions[-1] == words
 
 
+def test_sections_that_hide_much_leave_no_other_starts(monkeypatch):
+    def named():
+        made = run(sphere(), budget=24, resolution=24, moves=600)
+        return made.decisions[-1].count("in fewer triangles")
+
+    assert named() == 0
+    for much, others in ((0.0, 0), (1.0, 2)):
+        monkeypatch.setattr(refine_step, "MUCH_BEGUN", much)
+        assert named() == others
+
+
 def test_a_search_with_fewer_triangles_is_told(monkeypatch):
     monkeypatch.setattr("simplifier.refinement.second_search._DOUBTFUL", -1.0)
     monkeypatch.setattr("simplifier.refinement.second_search._SUFFICES", -1.0)
@@ -251,9 +262,7 @@ def test_a_second_search_is_told_and_never_runs_backwards(monkeypatch):
 
     monkeypatch.setattr("simplifier.steps.refine.search_again", search)
     result = run(mesh, listen, budget=24, resolution=32, moves=6000)
-    assert result.decisions[-1].endswith(
-        "the mesh in fewer triangles, and by another in less room."
-    )
+    assert result.decisions[-1].endswith("began with planar sections, and by another in less room.")
     assert shares == sorted(shares)
     assert done == [pytest.approx(0.5), pytest.approx(0.85)]
     check_contained(mesh, result)

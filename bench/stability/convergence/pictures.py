@@ -10,14 +10,14 @@ from simplifier.options.stages import Options
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews, by_looks
-from simplifier.refinement.decimate import decimate_into
 from simplifier.refinement.finalists import FineViews, Judge, Outlines
-from simplifier.refinement.search import pull_into, refine
+from simplifier.refinement.search import hidden_share, pull_into, refine
 from simplifier.refinement.second_search import search_again
-from simplifier.refinement.starts import cluster_vertices, enclosed_start
+from simplifier.refinement.starts import Surfaces
 from simplifier.refinement.thin import thinned
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.look import FINE_VIEWS, OUTLINES, narrowed_room
+from simplifier.steps.refine import MUCH_BEGUN
 from simplifier.steps.room import open_room, solid_to_cut
 from simplifier.steps.solid import solidify
 
@@ -40,13 +40,10 @@ def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occlu
     small = shrunk(seen_from, pixels)
     views = RefineViews(small, silhouettes(*original, small))
     aims, budget = options.refine, options.selection.budget
-    room = narrowed_room(room, views, aims.overhang, budget)
+    whole_room, room = room, narrowed_room(room, views, aims.overhang, budget)
     starts = [pull_into(cut + margin, room)]
-    for vertices, faces in (
-        enclosed_start(room, budget),
-        decimate_into(*cluster_vertices(shown, solid.core), room, budget),
-    ):
-        starts.append(pull_into(vertices[faces] + margin, room))
+    if hidden_share(cut + margin, whole_room, views, aims) < MUCH_BEGUN:
+        starts += Surfaces(shown, solid.core).decimated(budget, room)
     outlines = Outlines.of(*original, search_projections(solid, options, OUTLINES, margin))
     found = refine(starts, room, views, budget, aims, options.seed, outlines=outlines)
     fine = search_projections(solid, options, FINE_VIEWS, margin)

@@ -1,0 +1,114 @@
+"""Looks at the original: while sections are cut, with the same result, and over when the run is."""
+
+from __future__ import annotations
+
+import threading
+import time
+
+import pytest
+
+from simplifier.errors import CancelledError
+from simplifier.options.stages import make_options
+from simplifier.pipeline import simplify_mesh
+from simplifier.steps import look as look_step
+from tests.solids import blob
+
+
+class Asked:
+    """A cancel that notes who asks, and is set after so many times."""
+
+    def __init__(self, times=10**9):
+        self.askers, self.times = [], times
+
+    def is_set(self):
+        self.askers.append(threading.get_ident())
+        return len(self.askers) > self.times
+
+
+def run(listener=None, cancel=None, **options):
+    mesh = blob(rings=12)
+    chosen = make_options(float(mesh.extent.max()), **{"budget": 12, "moves": 600, **options})
+    return simplify_mesh(mesh, chosen, listener, cancel)
+
+
+@pytest.fixture
+def lookers(monkeypatch):
+    """The threads that look, in a run on two."""
+    found, real = [], look_step.look
+
+    def look(*given):
+        found.append(threading.get_ident())
+        return real(*given)
+
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+    monkeypatch.setattr(look_step, "look", look)
+    return found
+
+
+def test_who_looks_changes_nothing(lookers, monkeypatch):
+    made = []
+    for threads in ("1", "2"):
+        monkeypatch.setenv("OCCLUDER_THREADS", threads)
+        made.append(run(resolution=24).occluder)
+    here = threading.get_ident()
+    assert [one == here for one in lookers] == [True, False]
+    assert made[0].vertices.tobytes() == made[1].vertices.tobytes()
+
+
+@pytest.mark.parametrize("options", [{"time_limit": 60.0, "moves": None}, {"moves": 0}])
+def test_nobody_looks_ahead_where_the_cut_comes_first_or_is_all(lookers, options):
+    run(cancel=Asked(400), resolution=16, **options)
+    assert lookers == [threading.get_ident()] * len(lookers)
+    assert len(lookers) == ("time_limit" in options)
+
+
+def test_a_cancel_is_asked_on_the_callers_thread_alone(lookers):
+    cancel = Asked()
+    run(cancel=cancel, resolution=24)
+    assert set(cancel.askers) == {threading.get_ident()} != set(lookers)
+
+
+@pytest.mark.parametrize("error", [CancelledError, KeyboardInterrupt])
+def test_who_ends_the_cut_ends_the_look(lookers, error):
+    """Nothing works on when the run has ended, whoever ended it."""
+    before = threading.active_count()
+
+    def listen(progress):
+        if progress.stage == "loops":
+            raise error("enough")
+
+    with pytest.raises(error):
+        run(listen, resolution=24)
+    assert lookers
+    assert threading.active_count() == before
+
+
+def test_what_fails_while_looking_is_told(monkeypatch):
+    def fail(*given):
+        raise MemoryError("no room for pictures")
+
+    for threads in ("1", "2"):
+        monkeypatch.setenv("OCCLUDER_THREADS", threads)
+        monkeypatch.setattr(look_step, "thinned", fail)
+        with pytest.raises(MemoryError, match="no room"):
+            run(resolution=16)
+
+
+def test_a_cancel_while_there_is_nothing_to_refine_by_keeps_the_sections(lookers, monkeypatch):
+    """Pictures take for ever: the caller asks to end while it waits for them."""
+    cancel = Asked()
+
+    def silhouettes(vertices, faces, projections, tell, device):
+        while True:
+            tell(0.0)
+            time.sleep(0.001)
+
+    def listen(progress):
+        if progress.stage == "refine":
+            cancel.times = 0
+
+    monkeypatch.setattr(look_step, "silhouettes", silhouettes)
+    result = run(listen, cancel, resolution=24)
+    assert result.interrupted
+    assert "not refined" in result.decisions[-1]
+    assert len(result.occluder.faces) > 0

@@ -154,7 +154,7 @@ def _upright_axis(transforms: FloatArray, up: int) -> Axis | None:
     return None
 
 
-_FORMAT = b"9"  # raised when the same input is to give another occluder
+_FORMAT = b"10"  # raised when the same input is to give another occluder
 _DIGITS = 32
 
 

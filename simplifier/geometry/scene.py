@@ -14,6 +14,7 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.options.simplify import Axis
 
 _BATCH = 1 << 20  # points transformed at once
+_MANY_POINTS = 1 << 25  # are transformed in the time in which what finds hulls is loaded
 _WORTH_A_HULL = 64  # instances and vertices from which a convex hull costs less than it saves
 
 
@@ -59,17 +60,19 @@ class Scene:
     def bounds(self) -> FloatArray:
         """(n, 2, 3) lowest and highest corner of each object's box, world units.
 
-        The boxes hold the transformed triangles tightly, to rounding: what is transformed of a mesh
-        with many instances is its convex hull.
+        The boxes hold the transformed triangles tightly, to rounding: in a scene of very many, what
+        is transformed of a mesh is its convex hull.
         """
         return self._bounds.copy()
 
     @cached_property
     def _bounds(self) -> FloatArray:
         result = np.empty((len(self), 2, 3))
-        for mesh, objects in self._instances():
+        instances = list(self._instances())
+        many = sum(len(mesh.vertices) * len(objects) for mesh, objects in instances) > _MANY_POINTS
+        for mesh, objects in instances:
             points = mesh.vertices
-            if min(len(objects), len(points)) >= _WORTH_A_HULL:
+            if many and min(len(objects), len(points)) >= _WORTH_A_HULL:
                 points = points[mesh.extreme]
             step = max(1, _BATCH // len(points))
             for begin in range(0, len(objects), step):

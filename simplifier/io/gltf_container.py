@@ -56,13 +56,14 @@ def open_document(data: bytes, where: str) -> GltfDocument:
 
 
 def peek_document(peek: Peek) -> GltfDocument:
-    """The JSON alone, without what it refers to; raises as :func:`open_document`."""
+    """The JSON alone, without what it refers to, and whatever its names; raises as
+    :func:`open_document`."""
     head = peek.read(0, 20)
     if head[:4] == GLB_MAGIC and int.from_bytes(head[16:20], "little") == JSON_CHUNK:
         text = peek.read(20, int.from_bytes(head[12:16], "little"))
     else:
         text = peek.read(0, peek.size)
-    return GltfDocument(parse_json(text, str(peek.path)), None)
+    return GltfDocument(parse_json(text, str(peek.path), names_once=False), None)
 
 
 def pack_glb(root: dict[str, Any], binary: bytes) -> bytes:
@@ -258,11 +259,13 @@ class JsonObject:
         return JsonObject(value, f"{self.where}: {place}")
 
 
-def parse_json(data: bytes, where: str) -> JsonObject:
-    """Raises :class:`UnreadableMeshError` for what is not a JSON object."""
+def parse_json(data: bytes, where: str, *, names_once: bool = True) -> JsonObject:
+    """Raises :class:`UnreadableMeshError` for what is not a JSON object, or one that names a member
+    twice; ``names_once``, whether to look for that, takes as long as all else."""
     check_object(data, where)
     try:
-        value = json.loads(data.decode("utf-8-sig"), object_pairs_hook=_members)
+        hook = _members if names_once else None
+        value = json.loads(data.decode("utf-8-sig"), object_pairs_hook=hook)
     except (ValueError, RecursionError) as error:
         raise UnreadableMeshError(
             f"its JSON is damaged ({str(error)[:80]})",

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -41,6 +41,7 @@ class Making:
 
     output: Path
     asked: Mapping[str, Any]
+    _read: Digests = field(default_factory=Digests, compare=False, repr=False)
 
     @classmethod
     def of(
@@ -63,7 +64,7 @@ class Making:
         """What was told of what is there, if that is what would be made; else None."""
         try:
             kept = json.loads(self._record.read_bytes())
-            known = kept["asked"] == self.asked and _digests(kept["files"]) == kept["files"]
+            known = kept["asked"] == self.asked and self._digests(kept["files"]) == kept["files"]
             return kept["report"] if known else None
         except (OSError, ValueError, KeyError, TypeError):  # none, or a damaged one
             return None
@@ -72,7 +73,7 @@ class Making:
         """Remember what was made, and what to tell of it: JSON."""
         kept = {
             "asked": self.asked,
-            "files": _digests(_resolved(files)),
+            "files": self._digests(_resolved(files)),
             "report": report,
         }
         with suppress(OSError, OccluderError):
@@ -80,15 +81,15 @@ class Making:
             write_whole(self._record, json.dumps(kept).encode())
             _forget_oldest(self._record.parent)
 
+    def _digests(self, files: Iterable[str]) -> dict[str, str | None]:
+        """What was not written since it was looked at is not read again."""
+        found = self._read.all_of(map(Path, files), thread_count())
+        return {str(file): digest for file, digest in found.items()}
+
     @property
     def _record(self) -> Path:
         name = sha256(str(self.output).encode(errors="surrogateescape")).hexdigest()
         return Path(typer.get_app_dir(_FOLDER)) / "made" / f"{name}.json"
-
-
-def _digests(files: Iterable[str]) -> dict[str, str | None]:
-    found = Digests().all_of(map(Path, files), thread_count())
-    return {str(file): digest for file, digest in found.items()}
 
 
 def _resolved(files: Iterable[Path]) -> list[str]:

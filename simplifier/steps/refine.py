@@ -143,7 +143,7 @@ def _moved(
 
         return stop
 
-    run = _run(start + margin, seen, options, deadline, tell, lambda: watch.cancelled)
+    run = _Run.of(start + margin, seen, options, deadline, tell, lambda: watch.cancelled)
     found = _never_worse(run, options.selection.budget, 0.0, 1.0)
     return replace(found, triangles=found.triangles - margin)
 
@@ -167,6 +167,27 @@ class _Run:
     tell: Callable[[float, float], Stop]
     cancelled: Callable[[], bool]
 
+    @classmethod
+    def of(
+        cls,
+        start: FloatArray,
+        looks: Looks,
+        options: Options,
+        deadline: Deadline,
+        tell: Callable[[float, float], Stop],
+        cancelled: Callable[[], bool],
+    ) -> _Run:
+        """From what sections score, and how much time is left."""
+        aims, in_time = options.refine, deadline.left > _SEVERAL_SECONDS
+        enough = 0.0  # of the original's score, for sections to begin with alone
+        if aims.decimated and in_time:
+            enough = MUCH_BEGUN
+        elif looks.solid.enclosed_fraction < _SHEET:
+            enough = _LITTLE
+        decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough
+        several = in_time and (aims.decimated or decimated)
+        return cls(start, looks, options, decimated, several, deadline, tell, cancelled)
+
     @cached_property
     def outlines(self) -> Outlines | None:
         """None where the search's own views have to do."""
@@ -182,25 +203,6 @@ class _Run:
     def again(self) -> bool:
         """Whether there is time for further searches."""
         return self.several and not self.deadline.limited
-
-
-def _run(
-    start: FloatArray,
-    looks: Looks,
-    options: Options,
-    deadline: Deadline,
-    tell: Callable[[float, float], Stop],
-    cancelled: Callable[[], bool],
-) -> _Run:
-    aims, in_time = options.refine, deadline.left > _SEVERAL_SECONDS
-    enough = 0.0  # of the original's score, for which sections alone are begun with
-    if aims.decimated and in_time:
-        enough = MUCH_BEGUN
-    elif looks.solid.enclosed_fraction < _SHEET:
-        enough = _LITTLE
-    decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough
-    several = in_time and (aims.decimated or decimated)
-    return _Run(start, looks, options, decimated, several, deadline, tell, cancelled)
 
 
 def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:

@@ -9,7 +9,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.room import SURFACE, Room
 from simplifier.kernels.threads import run_each
 from simplifier.options.stages import RefineOptions
-from simplifier.progress import Best
+from simplifier.progress import Best, Deadline
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import Judge
 from simplifier.refinement.search import Stop, pull_into, refine
@@ -38,6 +38,7 @@ def search_again(
     options: RefineOptions,
     seed: int,
     stop: Stop = lambda share, measure, best: False,
+    deadline: Deadline | None = None,
 ) -> tuple[FloatArray, Room] | None:
     """Triangles (m, 3, 3) that are better than those ``chosen``, and the room that they are in;
     None where a second search finds none, or is not worth its time.
@@ -53,7 +54,7 @@ def search_again(
         return None
     start, less = _best_drawn_in(found, room, judge)
     fewer = replace(options, moves=min(round(_MOVES * options.moves), _MOST_MOVES))
-    again = refine([start], less, views, budget, fewer, seed, stop, None, judge.views.outlines)
+    again = refine([start], less, views, budget, fewer, seed, stop, deadline, judge.views.outlines)
     best = judge.best_of([chosen, *again])
     return (best, less) if any(best is one for one in again) else None
 
@@ -89,6 +90,7 @@ def search_with_fewer(
     options: RefineOptions,
     seed: int,
     stop: Stop = lambda share, measure, best: False,
+    deadline: Deadline | None = None,
 ) -> FloatArray | None:
     """Triangles (m, 3, 3), a quarter of the ``budget`` at most, that are better than those
     ``chosen`` and hide no less; None where a search from what ``begin`` makes of so many finds
@@ -110,7 +112,7 @@ def search_with_fewer(
             hopeful = judge.recall(best()) >= _HOPEFUL * judge.recall(chosen)
         return stop(share, measure, best) or hopeful is False
 
-    again = refine(begin(few), room, views, few, fewer, seed, ends, None, judge.views.outlines)
+    again = refine(begin(few), room, views, few, fewer, seed, ends, deadline, judge.views.outlines)
     if hopeful is False:
         return None
     hides = [one for one in again if judge.recall(one) >= judge.recall(chosen)]

@@ -200,9 +200,17 @@ class _Run:
         return self.looks.judge(self.several, self.outlines)
 
     @property
-    def again(self) -> bool:
-        """Whether there is time for further searches."""
-        return self.several and not self.deadline.limited
+    def divided(self) -> bool:
+        """Whether searches may follow the first, in less room or with fewer triangles: of a sheet
+        within a time limit, too, all of which could be spent on triangles that only stick out."""
+        sheet = self.looks.solid.enclosed_fraction < _SHEET
+        return self.several and (sheet or not self.deadline.limited)
+
+    def time_for(self, share: float) -> Deadline | None:
+        """That share of what a time limit leaves, less what it takes to judge what is found."""
+        if not self.deadline.limited:
+            return None
+        return self.deadline.part(share * (1.0 - _closing_share(self.several)))
 
 
 def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:
@@ -211,11 +219,11 @@ def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:
     Of more triangles each may stick out by a little, and prices that rise with that may leave less
     than fewer triangles had.  Up to 64 :func:`search_with_fewer` is enough.
     """
-    if budget <= MANY or not run.again:
+    if budget <= MANY or not run.divided:
         return _found(run, budget, begin, end)[0]
     middle = begin + _LARGER * (end - begin)
     large, doubtful = _found(run, budget, begin, middle)
-    if run.cancelled() or not doubtful:
+    if run.cancelled() or not doubtful or run.deadline.left < _JUDGED_SECONDS:
         return large
     small = _never_worse(run, max(budget // PART, _LEAST), middle, end)
     if not _hides_more(small.triangles, large.triangles, run.judge):
@@ -243,9 +251,8 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
     judged = run.several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
     first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))
     found = refine(
-        starts, room, views, budget, aims, seed, run.tell(begin, first if run.again else end),
-        deadline.part(1.0 - _closing_share(run.several)) if deadline.limited else None,
-        run.outlines,
+        starts, room, views, budget, aims, seed, run.tell(begin, first if run.divided else end),
+        run.time_for(_FIRST if run.divided else 1.0), run.outlines,
     )  # fmt: skip
     begun = _listed(_STARTS[: len(starts)])
     searched = f"The occluder was found by searches that began with {begun}."
@@ -261,24 +268,25 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
     judge = run.judge
     # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
     best, better = judge.best_of([*found, *starts], spare, MUCH if budget <= MANY else 1.0), None
-    if run.again and not run.cancelled():
+    if run.divided and not run.cancelled():
         better = search_again(
-            found, best, room, views, judge, budget, aims, seed, run.tell(first, second)
-        )
+            found, best, room, views, judge, budget, aims, seed, run.tell(first, second),
+            run.time_for(_FIRST),
+        )  # fmt: skip
         if better is not None:
             best = better[0]
             found = [*found, best]
-        fewer = None
-        if budget <= MANY:
+    if run.divided and budget <= MANY and not run.cancelled():
 
-            def make(few: int) -> list[FloatArray]:
-                if aims.searches == 1 and len(starts[0]) > 0:
-                    return starts[:1]  # a single search begins with the first alone
-                return [starts[0], *looks.surfaces.decimated(few, room)]
+        def make(few: int) -> list[FloatArray]:
+            if aims.searches == 1 and len(starts[0]) > 0:
+                return starts[:1]  # a single search begins with the first alone
+            return [starts[0], *looks.surfaces.decimated(few, room)]
 
-            fewer = search_with_fewer(
-                make, found, best, room, views, judge, budget, aims, seed, run.tell(second, end)
-            )
+        fewer = search_with_fewer(
+            make, found, best, room, views, judge, budget, aims, seed, run.tell(second, end),
+            run.time_for(1.0),
+        )  # fmt: skip
         if fewer is not None:
             words = f"{searched[:-1]}, and by another with a quarter of the triangles."
             return Refined(fewer, room.bound, words), False

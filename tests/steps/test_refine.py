@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from itertools import pairwise
 from types import SimpleNamespace
 
@@ -19,6 +20,7 @@ from simplifier.geometry.views import random_directions
 from simplifier.kernels.soup_views import all_contained
 from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
+from simplifier.progress import Deadline
 from simplifier.refinement.search import pull_into
 from simplifier.refinement.second_search import search_again, search_with_fewer
 from simplifier.steps import refine as refine_step
@@ -140,7 +142,8 @@ def test_a_mesh_within_the_budget_hides_what_it_hides():
         assert report.precision > 0.99
 
 
-def test_starts_of_sections_alone_are_worse_for_a_sheet(monkeypatch):
+def hills():
+    """An open sheet of 1,058 triangles."""
     height = np.add.outer(np.sin(np.arange(24) / 3.0), np.cos(np.arange(24) / 4.0))
     x, z = np.meshgrid(np.arange(24.0), np.arange(24.0), indexing="ij")
     points = np.stack([x, height, z], axis=-1).reshape(-1, 3)
@@ -151,7 +154,28 @@ def test_starts_of_sections_alone_are_worse_for_a_sheet(monkeypatch):
             np.stack([corner, corner + 25, corner + 24], axis=1),
         ]
     )
-    sheet = TriangleMesh.from_soup(points, faces)
+    return TriangleMesh.from_soup(points, faces)
+
+
+@pytest.mark.parametrize(("mesh", "divided"), [(hills(), True), (sphere(), False)])
+def test_within_a_time_limit_other_searches_are_for_sheets_alone(monkeypatch, mesh, divided):
+    """All of a limit could be spent on triangles that only stick out: a terrain had 92 % by 1 and
+    2 seconds, and 98 by half of one."""
+    ends = []
+
+    def search(*given):
+        ends.append(given[-1])
+
+    monkeypatch.setattr("simplifier.steps.refine.search_again", search)
+    monkeypatch.setattr("simplifier.steps.refine.search_with_fewer", search)
+    begin = time.perf_counter()
+    run(mesh, budget=24, resolution=32, time_limit=1.5)
+    assert time.perf_counter() - begin < 2.5
+    assert [one.limited for one in ends] == [True, True] * divided
+
+
+def test_starts_of_sections_alone_are_worse_for_a_sheet(monkeypatch):
+    sheet = hills()
 
     def recall():
         occluder = simplifier.simplify(
@@ -311,7 +335,10 @@ def test_fewer_triangles_are_kept_where_they_hide_more(monkeypatch, small, large
     monkeypatch.setattr(
         refine_step, "_found", lambda run, budget, begin, end: (found[budget], True)
     )
-    run = SimpleNamespace(again=True, cancelled=lambda: False, judge=OfTwo(small, large))
+    run = SimpleNamespace(
+        divided=True, cancelled=lambda: False, judge=OfTwo(small, large),
+        deadline=Deadline.after(None),
+    )  # fmt: skip
     result = refine_step._never_worse(run, 65, 0.0, 1.0)
     assert len(result.triangles) == kept
     assert result.bound == kept
@@ -319,7 +346,7 @@ def test_fewer_triangles_are_kept_where_they_hide_more(monkeypatch, small, large
 
 
 @pytest.mark.parametrize(
-    ("budget", "again", "asked"),
+    ("budget", "divided", "asked"),
     [
         (64, True, [64]),
         (100, True, [100, 32]),
@@ -328,7 +355,7 @@ def test_fewer_triangles_are_kept_where_they_hide_more(monkeypatch, small, large
         (256, False, [256]),
     ],
 )
-def test_which_budgets_are_tried(monkeypatch, budget, again, asked):
+def test_which_budgets_are_tried(monkeypatch, budget, divided, asked):
     tried, parts = [], []
 
     def found(run, budget, begin, end):
@@ -337,7 +364,10 @@ def test_which_budgets_are_tried(monkeypatch, budget, again, asked):
         return Refined(np.ones((2, 3, 3)), 1.0, ""), True
 
     monkeypatch.setattr(refine_step, "_found", found)
-    run = SimpleNamespace(again=again, cancelled=lambda: False, judge=OfTwo((0, 0), (0.5, 0.5)))
+    run = SimpleNamespace(
+        divided=divided, cancelled=lambda: False, judge=OfTwo((0, 0), (0.5, 0.5)),
+        deadline=Deadline.after(None),
+    )  # fmt: skip
     refine_step._never_worse(run, budget, 0.0, 1.0)
     assert tried == asked
     assert parts[0][0] == 0.0
@@ -345,13 +375,17 @@ def test_which_budgets_are_tried(monkeypatch, budget, again, asked):
     assert all(end == begin for (_, end), (begin, _) in pairwise(parts))
 
 
-@pytest.mark.parametrize(("cancelled", "doubtful"), [(True, True), (False, False)])
-def test_no_fewer_are_tried_once_a_run_is_cancelled_or_without_reason(
-    monkeypatch, cancelled, doubtful
-):
+@pytest.mark.parametrize(
+    ("cancelled", "doubtful", "limit"),
+    [(True, True, None), (False, False, None), (False, True, 0.01)],
+    ids=["cancelled", "without reason", "without time"],
+)
+def test_no_fewer_are_tried(monkeypatch, cancelled, doubtful, limit):
     large = Refined(np.ones((2, 3, 3)), 1.0, "")
     monkeypatch.setattr(refine_step, "_found", lambda *given: (large, doubtful))
-    run = SimpleNamespace(again=True, cancelled=lambda: cancelled)
+    run = SimpleNamespace(
+        divided=True, cancelled=lambda: cancelled, deadline=Deadline.after(limit)
+    )  # fmt: skip
     assert refine_step._never_worse(run, 256, 0.0, 1.0) is large
 
 

@@ -1,4 +1,4 @@
-"""Spread a kernel over the processors.
+"""Spread a kernel over the processors, or make something on one of them while the caller goes on.
 
 Plain Python threads around ``nogil`` kernels instead of numba's ``prange``: the OpenMP layer dies
 after a fork, the workqueue layer aborts when two threads call in, and ``parallel=True`` triples the

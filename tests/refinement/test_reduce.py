@@ -11,7 +11,7 @@ from simplifier.accuracy.accuracy import view_masks
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import random_directions
-from simplifier.refinement.reduce import reduce_to
+from simplifier.refinement.reduce import first_faces, reduce_to
 from tests.solids import sphere
 
 
@@ -42,3 +42,17 @@ def test_specks_stay_few_and_somewhere_in_the_bounds(seed: int, most: int, size:
     slack = 1e-9 * size
     assert (few.bounds[0] >= cloud.bounds[0] - slack).all()
     assert (few.bounds[1] <= cloud.bounds[1] + slack).all()
+
+
+@given(
+    st.lists(st.permutations(range(6)), max_size=40),
+    st.sampled_from([6, 2_000_000, 2_000_001, 2**31 - 1]),
+)
+def test_of_faces_with_the_same_corners_the_first_is_kept(orders, vertices):
+    """Of any winding; three numbers of so many vertices do, and do not, fit into 64 bits."""
+    faces = np.array([order[:3] for order in orders], dtype=np.int32).reshape(-1, 3)
+    faces[faces == 5] = vertices - 1
+    plain = {}
+    for index, face in enumerate(faces.tolist()):
+        plain.setdefault(tuple(sorted(face)), index)
+    assert first_faces(faces, vertices).tolist() == [plain[key] for key in sorted(plain)]

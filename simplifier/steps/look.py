@@ -129,7 +129,7 @@ def looking(
 
     def make(stopped: Stopped) -> Looks:
         assert room is not None
-        heard = None if watch.is_alone else stopped
+        heard = None if watch.is_alone and not deadline.limited else stopped
         looks = look(mesh, solid, room, options, deadline, overrides, heard)
         if not deadline.limited and looks.needs_outlines(options.refine.decimated):
             _ = looks.outlines  # made here and now, since it will be asked for

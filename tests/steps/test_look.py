@@ -10,7 +10,11 @@ import pytest
 from simplifier.errors import CancelledError
 from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
+from simplifier.progress import Deadline, Stopwatch
 from simplifier.steps import look as look_step
+from simplifier.steps.look import StoppedError, looking
+from simplifier.steps.room import open_room
+from simplifier.steps.solid import solidify
 from tests.solids import blob
 
 
@@ -43,6 +47,17 @@ def lookers(monkeypatch):
     monkeypatch.setenv("OCCLUDER_THREADS", "2")
     monkeypatch.setattr(look_step, "look", look)
     return found
+
+
+def test_a_time_limit_that_is_up_ends_the_look_of_a_run_that_nobody_hears():
+    mesh = blob(rings=12)
+    options = make_options(float(mesh.extent.max()), resolution=16, time_limit=0.5)
+    solid = solidify(mesh, options.solid, Stopwatch())
+    room = open_room(mesh, solid, options)
+    deadline = Deadline(0.0, 0.5, clock=lambda: 1.0)
+    looks = looking(mesh, solid, room, options, Stopwatch(), deadline)
+    with looks as ahead, pytest.raises(StoppedError):
+        ahead.result(lambda: deadline.is_up)
 
 
 def test_who_looks_changes_nothing(lookers, monkeypatch):

@@ -35,7 +35,6 @@ class Surfaces:
 
     def __init__(self, shown: TriangleMesh, grid: VoxelGrid) -> None:
         self._shown, self._grid = shown, grid
-        self._decimated: dict[tuple[int, int], list[FloatArray]] = {}
 
     @cached_property
     def _clusters(self) -> tuple[FloatArray, IntArray]:
@@ -44,16 +43,8 @@ class Surfaces:
 
     def decimated(self, budget: int, room: Room) -> list[FloatArray]:
         """The solid's surface, and the mesh in cells of voxels: soups (m, 3, 3) in the place of the
-        ``room``, m at most the budget.
+        ``room``, m at most the budget."""
 
-        Kept by their budget and the room's limit; all rooms are one, up to different limits.
-        """
-        key = budget, room.limit
-        if key not in self._decimated:
-            self._decimated[key] = self._decimate(budget, room)
-        return self._decimated[key]
-
-    def _decimate(self, budget: int, room: Room) -> list[FloatArray]:
         def of_mesh() -> tuple[FloatArray, IntArray]:
             return decimate_into(*self._clusters, room, budget)
 

@@ -11,7 +11,6 @@ import itertools
 import os
 from collections.abc import Callable, Sequence
 from threading import Event, Thread
-from types import TracebackType
 from typing import Generic, TypeVar
 
 from simplifier.kernels.compiled.waiting import load_imported
@@ -143,8 +142,7 @@ Stopped = Callable[[], bool]
 class Ahead(Generic[Made]):
     """What ``make`` returns: made when it is asked for, or before, while the caller goes on.
 
-    ``make(stopped)`` should end soon after ``stopped()`` is true, by an exception.  On leaving the
-    block it is told to, and waited for.
+    ``make(stopped)`` should end soon after ``stopped()`` is true, by an exception.
     """
 
     def __init__(self, make: Callable[[Stopped], Made]) -> None:
@@ -153,19 +151,6 @@ class Ahead(Generic[Made]):
         self._made: list[Made] = []
         self._error: BaseException | None = None
         self._thread: Thread | None = None
-
-    def __enter__(self) -> Ahead[Made]:
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self._dropped.set()
-        if self._thread is not None:
-            self._thread.join()
 
     def begin(self) -> None:
         """Make it on a thread of its own from now on, unless there is but one to use."""
@@ -190,6 +175,12 @@ class Ahead(Generic[Made]):
         if self._error is not None:
             raise self._error
         return self._made[0]
+
+    def close(self) -> None:
+        """Nobody asks any more: tell the maker to end, and wait until it has."""
+        self._dropped.set()
+        if self._thread is not None:
+            self._thread.join()
 
     def _run(self) -> None:
         try:

@@ -6,7 +6,7 @@ None of it asks for sections, so it may be made while these are cut.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -135,7 +135,7 @@ def looking(
             _ = looks.outlines  # made here and now, since it will be asked for
         return looks
 
-    with Ahead(make) as looks:
+    with closing(Ahead(make)) as looks:
         aims = options.refine
         if room is not None and aims.moves > 0 and not deadline.limited:
             looks.begin()

@@ -6,6 +6,7 @@ from __future__ import annotations
 import os
 import threading
 import time
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -182,7 +183,7 @@ def made_by(thread_idents):
 def test_what_is_begun_is_made_while_the_caller_goes_on(monkeypatch):
     monkeypatch.setenv("OCCLUDER_THREADS", "2")
     together = threading.Barrier(2, timeout=20.0)
-    with Ahead(lambda stopped: together.wait()) as ahead:
+    with closing(Ahead(lambda stopped: together.wait())) as ahead:
         ahead.begin()
         ahead.begin()  # is begun already
         together.wait()
@@ -194,13 +195,13 @@ def test_what_is_begun_is_made_while_the_caller_goes_on(monkeypatch):
 def test_else_the_caller_makes_it_when_it_asks_and_once(monkeypatch, threads, begins):
     monkeypatch.setenv("OCCLUDER_THREADS", threads)
     makers = []
-    with Ahead(made_by(makers)) as ahead:
+    with closing(Ahead(made_by(makers))) as ahead:
         if begins:
             ahead.begin()
         assert makers == []
         assert (ahead.result(), ahead.result()) == (1, 1)
     assert makers == [threading.get_ident()]
-    with Ahead(made_by(makers)):
+    with closing(Ahead(made_by(makers))):
         pass
     assert len(makers) == 1  # nobody asked
 
@@ -212,7 +213,7 @@ def test_an_error_in_making_is_the_callers(monkeypatch, begins):
     def make(stopped):
         raise LookupError
 
-    with Ahead(make) as ahead:
+    with closing(Ahead(make)) as ahead:
         if begins:
             ahead.begin()
         with pytest.raises(LookupError):
@@ -229,7 +230,7 @@ def test_who_leaves_tells_the_maker_and_waits_for_it(monkeypatch):
         seen.append(True)
 
     def leave():
-        with Ahead(make) as ahead:
+        with closing(Ahead(make)) as ahead:
             ahead.begin()
             raise KeyboardInterrupt
 
@@ -252,7 +253,7 @@ def test_whether_to_stop_is_asked_on_the_callers_thread(monkeypatch, begins):
             time.sleep(0.001)
         return "given up"
 
-    with Ahead(make) as ahead:
+    with closing(Ahead(make)) as ahead:
         if begins:
             ahead.begin()
         assert ahead.result(stopped) == "given up"

@@ -11,14 +11,17 @@ from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.soup_views import (
     BLOCK,
+    EDGE_NUMBERS,
     all_but_one,
+    all_eights,
+    block_size,
     corner,
     draw_found,
     draw_front,
     exchange_picture,
     find_edges,
     put_projection,
-    score_view,
+    score_exchange,
 )
 from simplifier.kernels.voxelize import is_contained
 
@@ -49,7 +52,7 @@ def _random(state):
 
 
 @inner_kernel
-def _is_poor(index, views, images, layers, scores, union, part):
+def _is_poor(index, views, images, layers, scores, nothing):
     """Whether a triangle adds little to what all others score, judged on every sixth view."""
     _, _, originals, price, fines = views
     value, total = np.int64(0), np.int64(0)
@@ -57,15 +60,13 @@ def _is_poor(index, views, images, layers, scores, union, part):
         now, own = layers[view], images[index, view]
         adds, fronts = np.uint64(0), np.int64(0)
         for row in range(64):
-            left = all_but_one(now, own, row)
-            union[row] = left
-            adds |= left ^ now[0, row]
+            adds |= all_but_one(now, own, row) ^ now[0, row]
         for row in range(64, len(own)):
             left = all_but_one(now, own, row)
             adds |= left ^ now[0, row]
             fronts += np.int64(popcount(left))
         if adds != 0:  # mostly others hide it
-            without = score_view(union, originals[view], price, fines[view, 0], part)
+            without = score_exchange(now, own, nothing, originals[view], price, fines[view, 0])
             value += scores[view] - without + fines[view, 1] * fronts
         total += scores[view]
     return value * len(images) < _POOR * total
@@ -130,31 +131,44 @@ def _place_anywhere(triangles, room, before, reach, state, trial):
 
 
 @inner_kernel
-def _gain_at(x, y, z, first, projections, originals, layers):
+def _transpose(projections, transposed, order):
+    """Fill ``transposed`` (8, V + 16) with each of the eight numbers of all projections, the first
+    ones once more at the end; ``order`` (V + 16,) int64 says of which view."""
+    for place in range(len(order)):
+        order[place] = place % len(projections)
+        for number in range(8):
+            transposed[number, place] = projections[order[place], number // 4, number % 4]
+
+
+@inner_kernel
+def _gain_at(x, y, z, first, lookup, layers):
     """What it would gain to cover a point, in :data:`_LOOKS` views from ``first`` on: one in each
     where it lies in the original and nothing covers it yet, less :data:`_LOSS` in each where it
-    lies outside and nothing does."""
-    gain, view = 0, first
-    for _ in range(_LOOKS):
-        m, there, union = projections[view], originals[view], layers[view, 0]
-        column = np.int64(np.floor(m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]))
-        row = np.int64(np.floor(m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]))
-        if 0 <= column < 64 and 0 <= row < 64:
-            inside = np.int64(there[row] >> np.uint64(column) & np.uint64(1))
-            bare = np.int64(~union[row] >> np.uint64(column) & np.uint64(1))
-            gain += bare * (inside * (1 + _LOSS) - _LOSS)
-        else:
-            gain -= _LOSS
-        view = view + 1 if view + 1 < len(projections) else 0
+    lies outside and nothing does.
+
+    ``lookup`` holds what :func:`_transpose` fills, and the originals.  Without a branch, so that
+    the loop works on several views at once.
+    """
+    m, order, originals = lookup
+    gain = np.int64(0)
+    for view in range(first, first + _LOOKS):
+        at = np.uint64(view)
+        column = m[0, at] * x + m[1, at] * y + m[2, at] * z + m[3, at]
+        row = m[4, at] * x + m[5, at] * y + m[6, at] * z + m[7, at]
+        shows = (column >= 0.0) & (column < 64.0) & (row >= 0.0) & (row < 64.0)
+        line, bit = np.uint64(row if shows else 0.0), np.uint64(column if shows else 0.0)
+        picture = np.uint64(order[at])
+        inside = np.int64(originals[picture, line] >> bit & np.uint64(1))
+        bare = np.int64(~layers[picture, np.uint64(0), line] >> bit & np.uint64(1))
+        gain += bare * (inside * (1 + _LOSS) - _LOSS) if shows else -_LOSS
     return gain
 
 
 @inner_kernel
-def _draw_step(point, step, views, layers, state, delta):
+def _draw_step(point, step, lookup, layers, state, delta):
     """Fill ``delta`` (3,) with a step by lot from ``point`` (3,), up to half of ``step`` a
     coordinate; half of the time with the one of several that leads to where most is gained."""
-    projections, _, originals, _, _ = views
-    first = np.int64(_random(state) * len(projections))
+    first = np.int64(_random(state) * len(layers))
     draws = _PLACES if _random(state) < _GUIDED else 1
     most = _LEAST
     for _ in range(draws):
@@ -163,41 +177,37 @@ def _draw_step(point, step, views, layers, state, delta):
         z = (_random(state) - 0.5) * step
         gain = most + 1
         if draws > 1:
-            gain = _gain_at(
-                point[0] + x, point[1] + y, point[2] + z, first, projections, originals, layers
-            )
+            gain = _gain_at(point[0] + x, point[1] + y, point[2] + z, first, lookup, layers)
         if gain > most:
             most = gain
             delta[0], delta[1], delta[2] = x, y, z
 
 
 @inner_kernel
-def _gain_of(triangle, first, projections, originals, layers):
+def _gain_of(triangle, first, lookup, layers):
     """As :func:`_gain_at`, of the middle of a triangle and of three points towards its corners."""
     x = (triangle[0, 0] + triangle[1, 0] + triangle[2, 0]) / 3.0
     y = (triangle[0, 1] + triangle[1, 1] + triangle[2, 1]) / 3.0
     z = (triangle[0, 2] + triangle[1, 2] + triangle[2, 2]) / 3.0
-    gain = _gain_at(x, y, z, first, projections, originals, layers)
+    gain = _gain_at(x, y, z, first, lookup, layers)
     for k in range(3):
         gain += _gain_at(
             x + _ASIDE * (triangle[k, 0] - x), y + _ASIDE * (triangle[k, 1] - y),
-            z + _ASIDE * (triangle[k, 2] - z), first, projections, originals, layers,
+            z + _ASIDE * (triangle[k, 2] - z), first, lookup, layers,
         )  # fmt: skip
     return gain
 
 
 @inner_kernel
-def _place_elsewhere(triangles, views, layers, room, before, reach, state, trial, best):
+def _place_elsewhere(triangles, lookup, layers, room, before, reach, state, trial, best):
     """Write into ``trial`` (3, 3) the one of several triangles by lot that gains most.
 
     ``best`` (3, 3) is used up.
     """
-    projections, _, originals, _, _ = views
     most = _LEAST
     for _ in range(_PLACES):
         _place_anywhere(triangles, room, before, reach, state, trial)
-        first = np.int64(_random(state) * len(projections))
-        gain = _gain_of(trial, first, projections, originals, layers)
+        gain = _gain_of(trial, np.int64(_random(state) * len(layers)), lookup, layers)
         if gain > most:
             most = gain
             best[:] = trial
@@ -206,14 +216,14 @@ def _place_elsewhere(triangles, views, layers, room, before, reach, state, trial
 
 @inner_kernel
 def _try_views(
-    p, q, r, index, begin, end, blocks, views, images, layers, scores, drawn, trial, union, part,
-    edges, work,
+    p, q, r, index, begin, end, triangles, blocks, views, images, layers, scores, drawn, eights,
+    trial, edges, work,
 ):  # fmt: skip
     """Score the views ``begin`` to ``end`` with the triangle p, q, r at ``index``; return the
     change.
 
-    Writes ``drawn`` (V, 64) and ``trial`` (V,) in those views.  Most moves leave most unions as
-    they are, behind other triangles: those views keep their score.
+    Writes ``drawn`` (V, 64), ``eights`` (V,) and ``trial`` (V,) in those views.  Most moves leave
+    most unions as they are, behind other triangles: those views keep their score.
     """
     projections, (away, limits, highest), originals, price, fines = views
     priced = images.shape[2] > 64
@@ -222,17 +232,15 @@ def _try_views(
     for view in range(begin, end):
         if view == begin or view % BLOCK == 0:
             found = view
-            find_edges(p, q, r, blocks, view, min(end, (view // BLOCK + 1) * BLOCK), edges)
+            last = min(end, (view // BLOCK + 1) * BLOCK)
+            find_edges(p, q, r, triangles[index], blocks, view, last, edges)
         now, own, new = layers[view], images[index, view], drawn[view]
-        draw_found(edges, view - found, new)
+        differs = draw_found(edges, view - found, now, own, new, eights[view:])
         work[0] += 1
-        differs = np.uint64(0)
-        for row in range(64):
-            union[row] = all_but_one(now, own, row) | new[row]
-            differs |= union[row] ^ now[0, row]
         trial[view] = scores[view]
         before = np.int64(0)  # pixels in front of which all stand
         if priced:
+            eights[view] |= all_eights(own)
             shows = draw_front(
                 p, q, r, projections[view], away[view], limits[view], highest[view], new,
                 new[64:],
@@ -248,7 +256,7 @@ def _try_views(
                 trial[view] -= fines[view, 1] * (before - was)
         if differs != 0:
             work[1] += 1
-            trial[view] = score_view(union, originals[view], price, fines[view, 0], part)
+            trial[view] = score_exchange(now, own, new, originals[view], price, fines[view, 0])
             if priced:
                 trial[view] -= fines[view, 1] * before
         change += trial[view] - scores[view]
@@ -284,18 +292,21 @@ def anneal(
     """
     count = len(triangles)
     views = (projections, depths, originals, price, fines)
-    union, part = np.zeros(64, np.uint64), np.zeros(64, np.uint64)
+    nothing = np.zeros(images.shape[2], np.uint64)
     drawn = np.zeros(images.shape[1:], np.uint64)
-    carries = np.zeros((2, images.shape[2]), np.uint64)
+    eights = np.zeros(len(scores), np.uint64)
     trial_scores = np.zeros(len(scores), np.int64)
     trial, spare = np.zeros((3, 3)), np.zeros((3, 3))
     delta = np.zeros(3)
     cells = room[1].shape
     reach = _REACH * max(cells[0], cells[1], cells[2])
-    blocks = np.zeros((len(scores) + BLOCK - 1) // BLOCK * (8 * BLOCK))
+    blocks = np.zeros(block_size(len(scores)))
     for view in range(len(scores)):
         put_projection(projections[view], view, blocks)
-    edges = np.zeros(15 * BLOCK)
+    edges = np.zeros(EDGE_NUMBERS * BLOCK)
+    places = len(scores) + _LOOKS
+    lookup = (np.empty((8, places)), np.empty(places, np.int64), originals)
+    _transpose(projections, lookup[0], lookup[1])
     total = np.sum(scores)
     index, moved = 0, 0
     again, poor = False, False
@@ -303,19 +314,19 @@ def anneal(
         share = shares[0] + (shares[1] - shares[0]) * move / moves
         if move % TRIES == 0:
             index = np.int64(_random(state) * count)
-            poor = _is_poor(index, views, images, layers, scores, union, part)
+            poor = _is_poor(index, views, images, layers, scores, nothing)
             again = False
         for k in range(3):
             for axis in range(3):
                 trial[k, axis] = triangles[index, k, axis]
         anew = poor and not again and _random(state) < _ELSEWHERE
         if anew:
-            _place_elsewhere(triangles, views, layers, room, before, reach, state, trial, spare)
+            _place_elsewhere(triangles, lookup, layers, room, before, reach, state, trial, spare)
         else:
             if not again:
                 moved = np.int64(_random(state) * 3)
                 step = 2.0 * steps[0] * (steps[1] / steps[0]) ** share
-                _draw_step(trial[moved], step, views, layers, state, delta)
+                _draw_step(trial[moved], step, lookup, layers, state, delta)
             for axis in range(3):
                 trial[moved, axis] += delta[axis]
         again = False
@@ -339,8 +350,8 @@ def anneal(
                 taken = False
                 break
             change += _try_views(
-                p, q, r, index, seen, end, blocks, views, images, layers, scores, drawn,
-                trial_scores, union, part, edges, work,
+                p, q, r, index, seen, end, triangles, blocks, views, images, layers, scores, drawn,
+                eights, trial_scores, edges, work,
             )  # fmt: skip
             seen = end
             # A few views that lose this much are hardly made good by the others.
@@ -351,7 +362,7 @@ def anneal(
             continue
         for view in range(len(scores)):
             scores[view] = trial_scores[view]
-            exchange_picture(layers[view], images[index, view], drawn[view], carries)
+            exchange_picture(layers[view], images[index, view], drawn[view], eights[view])
         for k in range(3):
             for axis in range(3):
                 triangles[index, k, axis] = trial[k, axis]

@@ -76,7 +76,7 @@ def draw_edge(x0, y0, x1, y1, image):
             image[np.uint64(row)] ^= edge_bits(edge, row)
 
 
-_STEPS = "+x+x+"
+STEPS = "+x+x+"
 """Erosions in turn, by the 5-pixel cross and the 3 x 3 square: their sum is an octagon, close to a
 disc of radius one a step."""
 
@@ -84,7 +84,7 @@ disc of radius one a step."""
 def _write_measure(builder: Any, address: Any) -> Any:
     from simplifier.kernels.compiled.erosion import write_measure  # with llvmlite
 
-    return write_measure(builder, address, _STEPS)
+    return write_measure(builder, address, STEPS)
 
 
 @intrinsic(_write_measure)
@@ -93,7 +93,7 @@ def _measure_twice(image: NDArray[np.uint64]) -> np.uint64:
     total, step = np.bitwise_count(rows).sum(dtype=np.uint64), 0
     while rows.any():
         upright = np.append(rows[1:], np.uint64(0)) & np.append(np.uint64(0), rows[:-1])
-        wide = rows & upright if _STEPS[step % len(_STEPS)] == "x" else rows
+        wide = rows & upright if STEPS[step % len(STEPS)] == "x" else rows
         rows = rows & upright & (wide << np.uint64(1)) & (wide >> np.uint64(1))
         total += np.uint64(2) * np.bitwise_count(rows).sum(dtype=np.uint64)
         step += 1

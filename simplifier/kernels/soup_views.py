@@ -30,14 +30,18 @@ silhouette.  ``depths`` are then three arrays, else they are empty:
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from simplifier.kernels.bit_image import (
+    STEPS,
     edge_bits,
     measure_twice,
     popcount,
     upright_edge,
 )
+from simplifier.kernels.compiled.intrinsic import intrinsic
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.voxelize import is_contained
 
@@ -137,6 +141,19 @@ BLOCK = 64
 to each other."""
 
 
+EDGE_NUMBERS = 17
+"""Of a triangle in a view: five of each edge, the first row that matters, and the one after the
+last."""
+
+_EIGHT = 8  # rows of a picture, or views, that a processor works on at once
+
+
+@inline_kernel
+def block_size(views):
+    """Numbers in the blocks of so many views.  Some are read past the end of a block."""
+    return (views + BLOCK - 1) // BLOCK * (8 * BLOCK) + _EIGHT
+
+
 @inner_kernel
 def put_projection(m, place, blocks):
     """Write a projection (2, 4) for the view at a place among others, as :func:`find_edges` takes
@@ -156,14 +173,16 @@ def _put_edge(edge, edges, first, view):
 
 
 @inner_kernel
-def find_edges(p, q, r, blocks, begin, end, edges):
+def find_edges(p, q, r, triangle, blocks, begin, end, edges):
     """What a triangle's edges are in the views at ``begin`` to ``end``, within one block.
 
-    ``edges`` (15 * 64,) float64 is overwritten: of each of three edges five numbers, for all views
-    one after the other.
+    ``edges`` (17 * 64,) float64 is overwritten: of each of three edges five numbers, for all views
+    one after the other, then the eights of rows that it or ``triangle`` (3, 3) may reach, from the
+    first row to the one after the last.  A whole eight of views is looked at in the end: what is
+    written for those past it means nothing.
     """
     block = blocks[begin // BLOCK * (8 * BLOCK) + begin % BLOCK :]
-    for view in range(end - begin):
+    for view in range((end - begin + _EIGHT - 1) & ~(_EIGHT - 1)):
         one, two, three = _drawn_edges(
             p, q, r,
             (
@@ -175,6 +194,15 @@ def find_edges(p, q, r, blocks, begin, end, edges):
         _put_edge(one, edges, 0, view)
         _put_edge(two, edges, 5, view)
         _put_edge(three, edges, 10, view)
+        first, last = 64.0, 0.0
+        for x, y, z in (p, q, r, corner(triangle, 0), corner(triangle, 1), corner(triangle, 2)):
+            row = (
+                block[4 * BLOCK + view] * x + block[5 * BLOCK + view] * y
+                + block[6 * BLOCK + view] * z + block[7 * BLOCK + view]
+            )  # fmt: skip
+            first, last = min(first, row), max(last, row)
+        edges[15 * BLOCK + view] = _EIGHT * np.floor(max(first, 0.0) / _EIGHT)
+        edges[16 * BLOCK + view] = _EIGHT * np.ceil(min(last, 64.0) / _EIGHT)
 
 
 @inline_kernel
@@ -186,12 +214,35 @@ def _edge_of(edges, first, view):
     )  # fmt: skip
 
 
+def _write_draw(builder: Any, *given: Any) -> Any:
+    from simplifier.kernels.compiled.drawing import write_draw  # with llvmlite
+
+    return write_draw(builder, BLOCK, *given)
+
+
+@intrinsic(_write_draw)
+def _draw_found(edges, view, layers, height, own, new, eights):
+    del height
+    one, two, three = _edge_of(edges, 0, view), _edge_of(edges, 5, view), _edge_of(edges, 10, view)
+    new[:64], eights[0], differs = 0, 0, np.uint64(0)
+    for row in range(int(edges[15 * BLOCK + view]), int(edges[16 * BLOCK + view])):
+        new[row] = edge_bits(one, row) ^ edge_bits(two, row) ^ edge_bits(three, row)
+        differs |= (all_but_one(layers, own, row) | new[row]) ^ layers[0, row]
+        eights[0] |= np.uint64(new[row] != own[row]) << np.uint64(row // _EIGHT)
+    return differs
+
+
 @inner_kernel
-def draw_found(edges, view, image):
-    """Draw the triangle in one of the views that :func:`find_edges` was asked for last."""
-    _draw_edges(
-        _edge_of(edges, 0, view), _edge_of(edges, 5, view), _edge_of(edges, 10, view), image
-    )
+def draw_found(edges, view, layers, own, new, eights):
+    """Draw a triangle in one of the views that :func:`find_edges` was asked for last.
+
+    ``new`` (64,) is overwritten.  ``own`` (64,) is the picture of the other triangle that it was
+    given, and one of those that ``layers`` (2 + d, 64) count.  Returns the columns, as ones, in
+    which their union becomes another one with the new picture in place of it.  The first of
+    ``eights`` tells in which eights of rows the two pictures differ, as :func:`exchange_picture`
+    takes it.
+    """
+    return _draw_found(edges, view, layers, layers.shape[1], own, new, eights)
 
 
 @inline_kernel
@@ -252,19 +303,43 @@ def count_front(picture):
     return np.int64(count)
 
 
+def _write_score(builder: Any, *given: Any) -> Any:
+    from simplifier.kernels.compiled.erosion import write_score  # with llvmlite
+
+    return write_score(builder, STEPS, UNIT, *given)
+
+
+@intrinsic(_write_score)
+def _score_view(union, original, price, fine):
+    part = union[:64] & original
+    outside = int(np.bitwise_count(union[:64] ^ part).sum())
+    whole, right = measure_twice(union), measure_twice(part)
+    return np.int64(UNIT * right - price * (whole - right) - fine * outside).view(np.uint64)
+
+
 @inner_kernel
-def score_view(union, original, price, fine, part):
-    """The score of ``union``, of which the first 64 rows count; ``part`` (64,) is overwritten."""
-    outside = np.uint64(0)
-    for row in range(64):
-        word = union[row]
-        part[row] = word & original[row]
-        outside += popcount(word ^ part[row])
-    whole = measure_twice(union)
-    if outside == 0:
-        return UNIT * whole
-    right = measure_twice(part)
-    return UNIT * right - price * (whole - right) - fine * np.int64(outside)
+def score_view(union, original, price, fine):
+    """The score of ``union``, of which the first 64 rows count."""
+    return np.int64(_score_view(union, original, price, fine))
+
+
+def _write_score_of_exchange(builder: Any, *given: Any) -> Any:
+    from simplifier.kernels.compiled.erosion import write_score_of_exchange  # with llvmlite
+
+    return write_score_of_exchange(builder, STEPS, UNIT, *given)
+
+
+@intrinsic(_write_score_of_exchange)
+def _score_exchange(layers, height, old, new, original, price, fine):
+    union = (layers[0] & ~old) | (layers[1] & old) | new
+    return _score_view(union, original, price, fine)
+
+
+@inner_kernel
+def score_exchange(layers, old, new, original, price, fine):
+    """The score of the union of all pictures with ``new`` (64,) in place of ``old``, which is one
+    of those that ``layers`` (2 + d, 64) count; only the first 64 rows matter."""
+    return np.int64(_score_exchange(layers, layers.shape[1], old, new, original, price, fine))
 
 
 @inline_kernel
@@ -274,51 +349,42 @@ def all_but_one(layers, image, row):
     return (layers[0, row] & ~own) | (layers[1, row] & own)
 
 
+def _write_exchange(builder: Any, *given: Any) -> Any:
+    from simplifier.kernels.compiled.drawing import write_exchange  # with llvmlite
+
+    return write_exchange(builder, *given)
+
+
+@intrinsic(_write_exchange)
+def _exchange(layers, digits, height, old, new, eights):
+    del digits, height, eights
+    carry, lost = old ^ new, old & ~new
+    old[:] = new
+    place = 2
+    while carry.any():
+        digit = layers[place].copy()
+        layers[place] ^= carry
+        carry &= digit ^ lost
+        place += 1
+    layers[1] = np.bitwise_or.reduce(layers[3:])
+    layers[0] = layers[1] | layers[2]
+    return np.uint64(0)
+
+
+@inline_kernel
+def all_eights(picture):
+    """A one for each eight of the rows of a picture."""
+    return (np.uint64(1) << np.uint64(len(picture) // _EIGHT)) - np.uint64(1)
+
+
 @inner_kernel
-def exchange_picture(layers, old, new, scratch):
+def exchange_picture(layers, old, new, eights):
     """Count ``new`` (64,) in place of ``old``, which it overwrites; ``layers`` (2 + d, 64).
 
-    Digits are added and taken off in one go, since no pixel of a picture does both.  Loops run
-    along rows, so that they work on several at once, and over those eights of rows that change,
-    mostly a few.  ``scratch`` (2, 64) at least.
+    The two differ at most in those eights of rows of which ``eights``, a uint64, has a one.  Digits
+    are added and taken off in one go, since no pixel of a picture does both.
     """
-    carry, lost = scratch[0], scratch[1]
-    first, end = layers.shape[1], 0
-    for begin in range(0, layers.shape[1], 8):
-        left = np.uint64(0)
-        for row in range(begin, begin + 8):
-            left |= old[np.uint64(row)] ^ new[np.uint64(row)]
-        if left != 0:
-            first, end = min(first, begin), begin + 8
-    if first >= end:
-        return
-    for row in range(first, end):
-        at = np.uint64(row)
-        carry[at] = old[at] ^ new[at]
-        lost[at] = old[at] & ~new[at]
-        old[at] = new[at]
-    left = np.uint64(1)
-    place = 2
-    while left != 0:
-        left = np.uint64(0)
-        for row in range(first, end):
-            at = np.uint64(row)
-            digit = layers[place, at]
-            layers[place, at] = digit ^ carry[at]
-            carry[at] &= digit ^ lost[at]
-            left |= carry[at]
-        place += 1
-    for row in range(first, end):
-        at = np.uint64(row)
-        carry[at] = layers[3, at]
-    for place in range(4, layers.shape[0]):
-        for row in range(first, end):
-            at = np.uint64(row)
-            carry[at] |= layers[place, at]
-    for row in range(first, end):
-        at = np.uint64(row)
-        layers[0, at] = layers[2, at] | carry[at]
-        layers[1, at] = carry[at]
+    _exchange(layers, layers.shape[0] - 2, layers.shape[1], old, new, eights)
 
 
 @inner_kernel
@@ -349,16 +415,16 @@ def _draw_picture(triangle, view, projections, depths, picture):
 def draw_soup(triangles, projections, depths, standing, images, layers):
     """Fill ``images`` and ``layers``."""
     picture = np.zeros(images.shape[2], np.uint64)
-    scratch = np.zeros((2, images.shape[2]), np.uint64)
+    every = all_eights(picture)
     images[:] = 0
     layers[:] = 0
     for view in range(len(projections)):
         picture[:] = 0
-        exchange_picture(layers[view], picture, standing[view], scratch)
+        exchange_picture(layers[view], picture, standing[view], every)
     for index in range(len(triangles)):
         for view in range(len(projections)):
             _draw_picture(triangles[index], view, projections, depths, picture)
-            exchange_picture(layers[view], images[index, view], picture, scratch)
+            exchange_picture(layers[view], images[index, view], picture, every)
 
 
 @kernel(
@@ -378,10 +444,9 @@ def draw_union(triangles, projections, depths, union):
 @kernel("uint64[:, :], uint64[:, :], int64, int64[:, :], int64[:]")
 def score_unions(unions, originals, price, fines, scores):
     """Score ``unions`` (V, 64) view by view into ``scores`` (V,) int64; return the sum."""
-    part = np.zeros(64, np.uint64)
     total = np.int64(0)
     for view in range(len(unions)):
-        scores[view] = score_view(unions[view], originals[view], price, fines[view, 0], part)
+        scores[view] = score_view(unions[view], originals[view], price, fines[view, 0])
         scores[view] -= fines[view, 1] * count_front(unions[view])
         total += scores[view]
     return total
@@ -396,7 +461,7 @@ def remove_useless(images, layers, originals, price, fines, scores, kept):
     """
     others = np.zeros(images.shape[1:], np.uint64)
     nothing = np.zeros(images.shape[2], np.uint64)
-    scratch = np.zeros((2, images.shape[2]), np.uint64)
+    every = all_eights(nothing)
     trial = np.zeros(len(scores), np.int64)
     total = np.sum(scores)
     kept[:] = True
@@ -415,7 +480,7 @@ def remove_useless(images, layers, originals, price, fines, scores, kept):
             total = without
             for view in range(len(scores)):
                 scores[view] = trial[view]
-                exchange_picture(layers[view], images[index, view], nothing, scratch)
+                exchange_picture(layers[view], images[index, view], nothing, every)
 
 
 @kernel("float64[:, :, :], (uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64), bool[:]")

@@ -16,11 +16,11 @@ from simplifier.kernels.annealing import (
     _gain_at,
     _gain_of,
     _place_anywhere,
+    _transpose,
 )
 from simplifier.kernels.coverage import coverage_masks
 from simplifier.kernels.soup_views import UNIT, all_contained
 from simplifier.refinement.annealing import Annealing, Prices, RefineViews, cells_before
-from simplifier.refinement.depths import NO_DEPTHS
 from tests.kernels.bits import blob, packed, unpacked
 from tests.pictures import sphere_projections
 
@@ -48,6 +48,14 @@ def gain_in(view, point, original, union):
     return 0 if covered else 1 if inside else -_LOSS
 
 
+def lookup(projections, originals):
+    """What gains are looked up in."""
+    places = len(projections) + _LOOKS
+    transposed, order = np.empty((8, places)), np.empty(places, np.int64)
+    _transpose(projections, transposed, order)
+    return transposed, order, originals
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_gains_are_those_of_pixels(seed):
     """Of points in and beside the grid; in views that follow each other, in a circle."""
@@ -55,7 +63,7 @@ def test_gains_are_those_of_pixels(seed):
     originals = np.stack([packed(blob(seed + view, 0.6)) for view in range(VIEWS)])
     layers = np.zeros((VIEWS, 3, 64), np.uint64)
     layers[:, 0] = [packed(blob(99 + seed + view, 0.3)) for view in range(VIEWS)]
-    seen = (PROJECTIONS, originals, layers)
+    seen = (lookup(PROJECTIONS, originals), layers)
 
     def plain(point, first):
         views = [(first + look) % VIEWS for look in range(_LOOKS)]
@@ -82,11 +90,11 @@ def test_half_of_all_steps_lead_to_gaps():
     layers[:, 0] = packed(union)
     projections = np.zeros((VIEWS, 2, 4))
     projections[:, 0, 0], projections[:, 1, 1] = 1.0, 1.0
-    views = (projections, NO_DEPTHS.arrays(), originals, np.int64(8), np.zeros((VIEWS, 2), int))
+    seen = (lookup(projections, originals), layers)
     state, delta = np.array([5], np.uint64), np.zeros(3)
     ends = []
     for _ in range(1000):
-        _draw_step(np.array([32.0, 32.0, 32.0]), 60.0, views, layers, state, delta)
+        _draw_step(np.array([32.0, 32.0, 32.0]), 60.0, *seen, state, delta)
         assert np.abs(delta).max() <= 30.0
         ends.append(32.0 + delta[0])
     share = np.mean([32.0 <= x < 40.0 for x in ends])

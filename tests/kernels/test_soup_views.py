@@ -120,11 +120,11 @@ def test_layers_count_the_pictures_while_they_are_exchanged(seed, count, stands)
     standing = drawn(soup(seed + 1, 3), views)[1][:, 0] * np.uint64(stands)
     images, layers = drawn(soup(seed, count), views, standing)
     assert np.array_equal(layers, counted([*images, standing]))
-    others, scratch = drawn(soup(seed + 2, 12), views)[0], np.zeros((2, 64), np.uint64)
+    others = drawn(soup(seed + 2, 12), views)[0]
     for new in others:
         index = rng.integers(count)
         for view in range(VIEWS):
-            exchange_picture(layers[view], images[index, view], new[view], scratch)
+            exchange_picture(layers[view], images[index, view], new[view], np.uint64(255))
         assert np.array_equal(images[index], new)
     assert np.array_equal(layers, counted([*images, standing]))
 

@@ -1,78 +1,139 @@
-"""LLVM's instructions that measure a 64 x 64 bit image, in vector registers while it is eroded.
+"""LLVM's instructions that measure 64 x 64 bit images, in vector registers while they are eroded.
 
-A vector is eight rows, so eight of them are an image, and one of 512 bits is a register.  Kept in
-memory, each erosion would read rows that the one before has just written, eight at a time and from
-other places: the processor waits for that longer than it computes.  Where registers are shorter,
-the compiler keeps parts in memory, which takes as long as a loop over the rows.
+Kept in memory, each erosion would read rows that the one before has just written, eight at a time
+and from other places: the processor waits for that longer than it computes.  Where registers are
+shorter than an eighth of an image, the compiler keeps parts in memory, which takes as long as a
+loop over the rows.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import Any
 
 import llvmlite.ir as ir
 
-_LANES = 8
-_WORD = ir.IntType(64)
-_ROWS = ir.VectorType(_WORD, _LANES)
-_NOTHING = ir.Constant(_ROWS, [0] * _LANES)
-_ONE = ir.Constant(_ROWS, [1] * _LANES)
-Vectors = Sequence[Any]
-"""Eight values of LLVM's, the rows of an image from the top."""
+from simplifier.kernels.compiled.processors import Processor
+from simplifier.kernels.compiled.rows import (
+    LANES,
+    NOTHING,
+    ROWS,
+    WORD,
+    Vectors,
+    all_but_one,
+    call,
+    is_any,
+    load_image,
+    merged,
+    place_of,
+)
+
+_ONE = ir.Constant(ROWS, [1] * LANES)
 
 
 def write_measure(builder: Any, address: Any, steps: str) -> Any:
     """Twice the measure of the 64 words at an address, as :func:`~..bit_image.measure_twice` says.
 
-    A loop over ``steps``, of crosses ``+`` and squares ``x``, that ends with the first image in
-    which nothing is left.
+    ``steps`` are crosses ``+`` and squares ``x`` in turn.
     """
-    image = _load(builder, address)
-    first = _areas(builder, image)
+    return _measures(builder, [load_image(builder, address)], steps)[0]
+
+
+def write_score(
+    builder: Any, steps: str, unit: int, union: Any, original: Any, price: Any, fine: Any
+) -> Any:
+    """As :func:`~..soup_views.score_view` says."""
+    whole = load_image(builder, union)
+    return _score(builder, steps, unit, whole, original, price, fine)
+
+
+def write_score_of_exchange(
+    builder: Any, steps: str, unit: int, layers: Any, height: Any, old: Any, new: Any,
+    original: Any, price: Any, fine: Any,
+) -> Any:  # fmt: skip
+    """As :func:`~..soup_views.score_exchange` says."""
+    images = (layers, place_of(builder, layers, height), old, new)
+    whole = [
+        builder.or_(all_but_one(builder, one, two, own), added)
+        for one, two, own, added in zip(*(load_image(builder, at) for at in images), strict=True)
+    ]
+    return _score(builder, steps, unit, whole, original, price, fine)
+
+
+def _score(
+    builder: Any, steps: str, unit: int, whole: Vectors, original: Any, price: Any, fine: Any
+) -> Any:
+    """Of what the original and the union ``whole`` show."""
+    there = load_image(builder, original)
+    part = [builder.and_(rows, others) for rows, others in zip(whole, there, strict=True)]
+    beside = [builder.xor(rows, inside) for rows, inside in zip(whole, part, strict=True)]
+    outside = call(builder, "vector.reduce.add", WORD, _areas(builder, beside))
+    within, beyond = (builder.append_basic_block(name) for name in ("within", "beyond"))
+    scored = builder.append_basic_block("scored")
+    builder.cbranch(builder.icmp_unsigned("==", outside, WORD(0)), within, beyond)
+
+    builder.position_at_end(within)
+    all_right = builder.mul(WORD(unit), _measures(builder, [whole], steps)[0])
+    within = builder.basic_block
+    builder.branch(scored)
+
+    builder.position_at_end(beyond)
+    if Processor.chosen().has_wide_registers:
+        both, right = _measures(builder, [whole, part], steps)
+    else:
+        (both,), (right,) = (_measures(builder, [image], steps) for image in (whole, part))
+    worth = builder.mul(WORD(unit), right)
+    worth = builder.sub(worth, builder.mul(price, builder.sub(both, right)))
+    worth = builder.sub(worth, builder.mul(fine, outside))
+    beyond = builder.basic_block
+    builder.branch(scored)
+
+    builder.position_at_end(scored)
+    score = merged(builder, WORD, within, all_right)
+    score.add_incoming(worth, beyond)
+    return score
+
+
+def _measures(builder: Any, images: Sequence[Vectors], steps: str) -> Sequence[Any]:
+    """Twice the measure of each of several images, of which the first holds all others.
+
+    A loop over ``steps`` that ends with the first image in which nothing is left.
+    """
+    firsts = [_areas(builder, image) for image in images]
     entry = builder.basic_block
     begin, end = builder.append_basic_block("begin"), builder.append_basic_block("end")
-    builder.cbranch(_any(builder, first), begin, end)
+    builder.cbranch(is_any(builder, firsts[0]), begin, end)
     builder.position_at_end(begin)
-    at_begin = [_either(builder, entry, rows) for rows in image]
-    so_far = _either(builder, entry, _NOTHING)
-    image, areas, ends = at_begin, so_far, []
+    at_begin = [[merged(builder, ROWS, entry, rows) for rows in image] for image in images]
+    so_far = [merged(builder, ROWS, entry, NOTHING) for _ in images]
+    images, areas, ends = at_begin, so_far, []
     for step in steps:
-        image = _eroded(builder, image, step)
-        left = _areas(builder, image)
-        areas = builder.add(areas, left)
+        images = [_eroded(builder, image, step) for image in images]
+        left = [_areas(builder, image) for image in images]
+        areas = [builder.add(so_far, now) for so_far, now in zip(areas, left, strict=True)]
         ends.append((areas, builder.basic_block))
         following = builder.append_basic_block(step) if len(ends) < len(steps) else begin
-        builder.cbranch(_any(builder, left), following, end)
+        builder.cbranch(is_any(builder, left[0]), following, end)
         builder.position_at_end(following)
-    for value, rows in zip((*at_begin, so_far), (*image, areas), strict=True):
-        value.add_incoming(rows, ends[-1][1])
+    last, block = ends[-1]
+    for values, found in zip((*at_begin, so_far), (*images, last), strict=True):
+        for value, rows in zip(values, found, strict=True):
+            value.add_incoming(rows, block)
     builder.position_at_end(end)
-    total = _either(builder, entry, _NOTHING)
-    for areas, block in ends:
-        total.add_incoming(areas, block)
-    return _sum(builder, builder.add(first, builder.shl(total, _ONE)))
-
-
-def _either(builder: Any, block: Any, value: Any) -> Any:
-    """A vector that has that value when control came from that block."""
-    found = builder.phi(_ROWS)
-    found.add_incoming(value, block)
-    return found
-
-
-def _load(builder: Any, address: Any) -> Vectors:
-    vectors = []
-    for row in range(0, 64, _LANES):
-        place = builder.gep(address, [_WORD(row)])
-        vectors.append(builder.load(builder.bitcast(place, _ROWS.as_pointer()), align=8))
-    return vectors
+    totals = [merged(builder, ROWS, entry, NOTHING) for _ in images]
+    for found, block in ends:
+        for total, areas in zip(totals, found, strict=True):
+            total.add_incoming(areas, block)
+    twice = [builder.add(first, builder.shl(total, _ONE))
+             for first, total in zip(firsts, totals, strict=True)]  # fmt: skip
+    return [call(builder, "vector.reduce.add", WORD, rows) for rows in twice]
 
 
 def _eroded(builder: Any, image: Vectors, step: str) -> Vectors:
-    above = ir.Constant(ir.VectorType(ir.IntType(32), _LANES), [7, 8, 9, 10, 11, 12, 13, 14])
-    below = ir.Constant(ir.VectorType(ir.IntType(32), _LANES), [1, 2, 3, 4, 5, 6, 7, 8])
-    framed = [_NOTHING, *image, _NOTHING]
+    above = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [7, 8, 9, 10, 11, 12, 13, 14])
+    below = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [1, 2, 3, 4, 5, 6, 7, 8])
+    framed = [NOTHING, *image, NOTHING]
     result = []
     for before, rows, after in zip(framed, image, framed[2:], strict=False):
         upright = builder.and_(
@@ -87,22 +148,5 @@ def _eroded(builder: Any, image: Vectors, step: str) -> Vectors:
 
 def _areas(builder: Any, image: Vectors) -> Any:
     """Ones in every eighth row, a vector."""
-    total = None
-    for rows in image:
-        ones = _call(builder, "ctpop", _ROWS, rows)
-        total = ones if total is None else builder.add(total, ones)
-    return total
-
-
-def _any(builder: Any, vector: Any) -> Any:
-    return builder.icmp_unsigned("!=", _call(builder, "vector.reduce.or", _WORD, vector), _WORD(0))
-
-
-def _sum(builder: Any, vector: Any) -> Any:
-    return _call(builder, "vector.reduce.add", _WORD, vector)
-
-
-def _call(builder: Any, name: str, result: Any, vector: Any) -> Any:
-    name, kind = f"llvm.{name}.v{_LANES}i64", ir.FunctionType(result, [_ROWS])
-    known = builder.module.globals.get(name)
-    return builder.call(known or ir.Function(builder.module, kind, name), [vector])
+    ones = (call(builder, "ctpop", ROWS, rows) for rows in image)
+    return list(accumulate(ones, builder.add))[-1]

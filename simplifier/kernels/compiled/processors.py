@@ -29,6 +29,11 @@ class Processor:
         """The environment of a process that chooses it."""
         return {_NAME: self.name, _FEATURES: self.features}
 
+    @property
+    def has_wide_registers(self) -> bool:
+        """Of 512 bits, as many as hold two images."""
+        return self.name == "x86-64-v4" or "+avx512f" in self.features
+
     @classmethod
     def own(cls) -> Processor:
         """This very processor, with all that it has."""

@@ -65,7 +65,9 @@ def calls_in(path):
     plain = [
         node for node in tree.body
         if not own or not isinstance(node, ast.FunctionDef)
-        or not any("kernel" in ast.dump(one) for one in node.decorator_list)
+        or not any(
+            made in ast.dump(one) for one in node.decorator_list for made in ("kernel", "intrinsic")
+        )
     ]  # fmt: skip
     for node in (one for part in plain for one in ast.walk(part)):
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):

@@ -1,0 +1,68 @@
+"""Images of 64 x 64 bits in vector registers, in LLVM's instructions.
+
+A vector is eight rows of 64 bits, so eight of them are an image, and one of 512 bits is a register.
+Where registers are shorter, the compiler takes several for each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import llvmlite.ir as ir
+
+LANES = 8
+"""Rows of a vector."""
+
+WORD = ir.IntType(64)
+ROWS = ir.VectorType(WORD, LANES)
+NOTHING = ir.Constant(ROWS, [0] * LANES)
+ALL = ir.Constant(ROWS, [-1] * LANES)
+Vectors = Sequence[Any]
+"""Eight values of LLVM's, the rows of an image from the top."""
+
+
+def place_of(builder: Any, address: Any, row: Any) -> Any:
+    """The address of a row, a number or a value of LLVM's."""
+    return builder.gep(address, [WORD(row) if isinstance(row, int) else row])
+
+
+def load_rows(builder: Any, place: Any) -> Any:
+    """Eight rows from an address on."""
+    return builder.load(builder.bitcast(place, ROWS.as_pointer()), align=8)
+
+
+def load_image(builder: Any, address: Any) -> Vectors:
+    """An image from an address on."""
+    return [load_rows(builder, place_of(builder, address, row)) for row in range(0, 64, LANES)]
+
+
+def store_rows(builder: Any, rows: Any, place: Any) -> None:
+    """Eight rows to an address."""
+    builder.store(rows, builder.bitcast(place, ROWS.as_pointer()), align=8)
+
+
+def is_any(builder: Any, rows: Any) -> Any:
+    """Whether any bit of eight rows is one."""
+    return builder.icmp_unsigned("!=", call(builder, "vector.reduce.or", WORD, rows), WORD(0))
+
+
+def all_but_one(builder: Any, once: Any, twice: Any, own: Any) -> Any:
+    """Rows of the union of all pictures but ``own``, by the rows that any and that two have."""
+    others = builder.and_(once, builder.xor(own, ALL))
+    return builder.or_(others, builder.and_(twice, own))
+
+
+def call(builder: Any, name: str, result: Any, vector: Any) -> Any:
+    """One of LLVM's own functions of a vector."""
+    letter = "i" if vector.type.element == WORD else "f"
+    name, kind = f"llvm.{name}.v{LANES}{letter}64", ir.FunctionType(result, [vector.type])
+    known = builder.module.globals.get(name)
+    return builder.call(known or ir.Function(builder.module, kind, name), [vector])
+
+
+def merged(builder: Any, kind: Any, block: Any, value: Any) -> Any:
+    """What has that value when control comes from that block; others are added."""
+    found = builder.phi(kind)
+    found.add_incoming(value, block)
+    return found

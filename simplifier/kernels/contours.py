@@ -26,7 +26,9 @@ from simplifier.kernels.bit_image import lowest_one
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.coverage import (
     MaskArray,
+    draw_face,
     draw_faces,
+    empty_spans,
     lies_between,
     project,
     views_at_a_time,
@@ -437,8 +439,7 @@ def _draw_edge_on(vertices, faces, front, back, projections, columns, masks):
     rows, views = masks.shape[1], len(projections)
     every = ~np.uint64(0) >> np.uint64(64 - views)
     corners, points, cells = np.empty((3, 3)), np.empty((3, 2)), np.empty(3, np.uint32)
-    own = np.empty((1, 3), np.int32)
-    own[0, 0], own[0, 1], own[0, 2] = 0, 1, 2
+    spans = empty_spans(masks[0])
     for face in range(len(faces)):
         waiting = ~(front[face] | back[face]) & every
         if waiting != 0:
@@ -450,7 +451,7 @@ def _draw_edge_on(vertices, faces, front, back, projections, columns, masks):
             waiting ^= lowest
             project(corners, projections[view], rows, columns, points, cells)
             if not lies_between(cells[0], cells[1], cells[2]):
-                draw_faces(points, cells, own, columns, masks[view])
+                draw_face(points, cells, 0, 1, 2, columns, masks[view], spans)
 
 
 @kernel(

@@ -11,11 +11,13 @@ rounding (some 1e-12 pixels) may fall on either side of it, but on one side only
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.kernels.bit_image import lowest_one
+from simplifier.kernels.compiled.intrinsic import intrinsic
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.threads import run_chunks, thread_count
 from simplifier.progress import TellShare, silent
@@ -47,6 +49,9 @@ _PIXELS_A_FACE = 32
 
 _FACES_A_PIXEL = 4
 """At most, of a picture that is drawn by a table that is there anyway."""
+
+_MANY_ROWS = 16
+"""Of a triangle whose crossings are computed for several rows at once; behind others, too."""
 
 LARGEST_VALUE = 1e100
 """Of coordinates and projections: crossings then never overflow, so no span leaves its row."""
@@ -213,9 +218,12 @@ def project(vertices, projection, rows, columns, points, cells):
 @inline_kernel
 def crossing(points, low, high, row):
     """x where the edge low -> high meets the row; low's row cell is below high's."""
-    x = points[low, 0]
-    y = points[low, 1]
-    return x + (row - y) / (points[high, 1] - y) * (points[high, 0] - x)
+    return _crossing(points[low, 0], points[low, 1], points[high, 0], points[high, 1], row)
+
+
+@inline_kernel
+def _crossing(low_x, low_y, high_x, high_y, row):
+    return low_x + (row - low_y) / (high_y - low_y) * (high_x - low_x)
 
 
 @inline_kernel
@@ -274,33 +282,101 @@ def rows_of(p, q, r, i, j, k):
     )  # fmt: skip
 
 
+def _write_pictured(builder: Any, *given: Any) -> Any:
+    from simplifier.kernels.compiled.boxes import write_pictured  # with llvmlite
+
+    return write_pictured(builder, *given)
+
+
+@intrinsic(_write_pictured)
+def pictured(cells, faces, begin):
+    """Which of the 64 faces from ``begin`` on do not lie between pixels, as ones of a uint64."""
+    found = np.uint64(0)
+    for place in range(64):
+        i, j, k = faces[begin + place]
+        found |= np.uint64(not lies_between(cells[i], cells[j], cells[k])) << np.uint64(place)
+    return found
+
+
 @inner_kernel
 def draw_faces(points, cells, faces, columns, mask):
     """Set the covered bits of one view, whose vertices :func:`project` has projected."""
-    for face in range(faces.shape[0]):
-        i = faces[face, 0]
-        j = faces[face, 1]
-        k = faces[face, 2]
-        p = cells[i]
-        q = cells[j]
-        r = cells[k]
-        if lies_between(p, q, r):
-            continue
-        box_word, box = box_columns(p, q, r)
-        bottom, bend, top, low_vertex, middle_vertex, high_vertex = rows_of(p, q, r, i, j, k)
+    spans, count = empty_spans(mask), faces.shape[0]
+    for begin in range(0, count, 64):
+        waiting = np.uint64(0)
+        if begin + 64 <= count:
+            waiting = pictured(cells, faces, begin)
+        else:
+            for face in range(begin, count):
+                p, q, r = cells[faces[face, 0]], cells[faces[face, 1]], cells[faces[face, 2]]
+                waiting |= np.uint64(not lies_between(p, q, r)) << np.uint64(face - begin)
+        while waiting != 0:
+            lowest, place = lowest_one(waiting)
+            waiting ^= lowest
+            i, j, k = faces[begin + place, 0], faces[begin + place, 1], faces[begin + place, 2]
+            draw_face(points, cells, i, j, k, columns, mask, spans)
+
+
+@inline_kernel
+def empty_spans(mask):
+    """Scratch for :func:`draw_face`: (2, rows)."""
+    return np.empty((2, mask.shape[0]), np.int64)
+
+
+@inline_kernel
+def draw_face(points, cells, i, j, k, columns, mask, spans):
+    """Draw the triangle of vertices ``i``, ``j`` and ``k``, which does not lie between pixels."""
+    p, q, r = cells[i], cells[j], cells[k]
+    bottom, bend, top, low, middle, high = rows_of(p, q, r, i, j, k)
+    if top - bottom >= _MANY_ROWS:
+        _fill_spans(points, (low, high), (low, middle), bottom, bend, columns, spans)
+        _fill_spans(points, (low, high), (middle, high), bend, top, columns, spans)
         for row in range(bottom, top):
-            # Behind other triangles: nothing to add.  Halves the work, soups are layered.
-            if box != 0 and (mask[row, box_word] & box) == box:
-                continue
-            x0 = crossing(points, low_vertex, high_vertex, row)
-            if row < bend:
-                x1 = crossing(points, low_vertex, middle_vertex, row)
-            else:
-                x1 = crossing(points, middle_vertex, high_vertex, row)
-            first = np.int64(np.ceil(min(max(min(x0, x1), 0.0), float(columns))))
-            last = np.int64(np.ceil(min(max(max(x0, x1), 0.0), float(columns)))) - 1
-            if first <= last:
-                set_span(mask, row, first, last)
+            if spans[0, row] < spans[1, row]:
+                set_span(mask, row, spans[0, row], spans[1, row] - 1)
+        return
+    box_word, box = box_columns(p, q, r)
+    for row in range(bottom, top):
+        # Behind other triangles: nothing to add.  Halves the work, soups are layered.
+        if box != 0 and (mask[row, box_word] & box) == box:
+            continue
+        x0 = crossing(points, low, high, row)
+        if row < bend:
+            x1 = crossing(points, low, middle, row)
+        else:
+            x1 = crossing(points, middle, high, row)
+        first, end = _columns_between(x0, x1, columns)
+        if first < end:
+            set_span(mask, row, first, end - 1)
+
+
+@inline_kernel
+def _columns_between(x0, x1, columns):
+    """The first column between two crossings, and the one after the last."""
+    return (
+        np.int64(np.ceil(min(max(min(x0, x1), 0.0), float(columns)))),
+        np.int64(np.ceil(min(max(max(x0, x1), 0.0), float(columns)))),
+    )
+
+
+@inline_kernel
+def _fill_spans(points, one, other, begin, end, columns, spans):
+    """Fill ``spans`` (2, rows) with the columns between two edges, (low, high) each, of the rows
+    ``begin`` to ``end``: a loop that divides for several rows at once."""
+    ax, ay, bx, by = _ends_of(points, one)
+    cx, cy, dx, dy = _ends_of(points, other)
+    for row in range(begin, end):
+        first, last = _columns_between(
+            _crossing(ax, ay, bx, by, row), _crossing(cx, cy, dx, dy, row), columns
+        )
+        spans[0, np.uint64(row)] = first
+        spans[1, np.uint64(row)] = last
+
+
+@inline_kernel
+def _ends_of(points, edge):
+    low, high = edge
+    return points[low, 0], points[low, 1], points[high, 0], points[high, 1]
 
 
 @inline_kernel

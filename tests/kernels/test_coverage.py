@@ -11,7 +11,8 @@ from scipy.spatial import Delaunay
 from shapely import MultiPoint, contains_xy
 
 from simplifier.geometry.views import image_axes, random_directions
-from simplifier.kernels.coverage import coverage_masks, unpack_masks
+from simplifier.kernels.compiled.kernel import inner_kernel
+from simplifier.kernels.coverage import coverage_masks, pictured, unpack_masks
 
 FLAT = np.array([[[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]]])
 """One view that takes x and y for pixel coordinates."""
@@ -98,6 +99,38 @@ def test_clipping_is_cropping(soup):
     # differs between places (a sliver along the diagonal once showed it).
     soup = np.array(soup) * 1.0123 + (0.0371, 0.0219)
     assert (draw(soup + 10.0, 40, 40)[10:30, 10:22] == draw(soup, 20, 12)).all()
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    st.integers(0, 2**32 - 1), st.integers(60, 200), st.sampled_from([0.3, 2.0, 20.0, 300.0]),
+    st.sampled_from([40, 130]),
+)  # fmt: skip
+def test_many_at_once_are_drawn_as_one_by_one(seed, count, size, side):
+    """64 triangles are looked at together, and many rows of a tall one."""
+    rng = np.random.default_rng(seed)
+    soup = rng.uniform(-10.0, side + 10.0, (count, 1, 2)) + rng.normal(size=(count, 3, 2)) * size
+    alone = [draw([corners], side, side) for corners in soup]
+    assert np.array_equal(draw(soup, side, side), np.any(alone, axis=0))
+    # A tall one is drawn as in strips of a few rows.
+    strips = [draw(soup - [0.0, first], min(8, side - first), side) for first in range(0, side, 8)]
+    assert np.array_equal(np.concatenate(strips), np.any(alone, axis=0))
+
+
+def test_which_faces_are_pictured_is_told_as_in_python():
+    """Of cells next to each other, equal in one half or in both, and far apart."""
+    rng = np.random.default_rng(8)
+    cells = (rng.integers(0, 3, 500) << 16 | rng.integers(0, 3, 500)).astype(np.uint32)
+    cells[::50] = rng.integers(0, 2**32, 10, np.uint32)
+    faces = rng.integers(0, 500, (320, 3)).astype(np.int32)
+
+    @inner_kernel
+    def told(cells, faces, begin):
+        return pictured(cells, faces, begin)
+
+    found = [int(told(cells, faces, begin)) for begin in range(0, 257, 3)]
+    assert found == [int(pictured(cells, faces, begin)) for begin in range(0, 257, 3)]
+    assert len(set(found)) > 50
 
 
 def test_far_triangle_fills_the_image():

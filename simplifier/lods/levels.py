@@ -29,7 +29,7 @@ from simplifier.geometry.occluder import LeftOut, Level, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
 from simplifier.lods.level_plan import LodPlan
-from simplifier.options.stages import Options
+from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.pipeline import Simplification, simplify_mesh
 from simplifier.progress import Cancel, Deadline, Listener, Progress, Stopwatch, check_run
 from simplifier.wording import percent
@@ -282,7 +282,20 @@ def add_coarser(
                 break
             coarser = heir
         left_out.append(LeftOut(finer.pop().level.resolution, reason))
+    if finer and coarser.level.error_bound <= finer[-1].level.error_bound:
+        coarser = _by_its_grid(coarser)
     return [*finer, coarser], left_out
+
+
+def _by_its_grid(kept: Kept) -> Kept:
+    """The level with the error bound of any in its grid.
+
+    Where a time limit left the finer one unrefined, the coarser one may be proved to stray less.
+    With that bound it would be drawn wherever the finer one may be, though it hides less.
+    """
+    bound = ERROR_VOXELS * kept.solid.core.cell_size
+    occluder = replace(kept.level.occluder, error_bound=bound)
+    return replace(kept, level=replace(kept.level, occluder=occluder))
 
 
 def _heir(finer: Kept, coarser: Kept, mesh: TriangleMesh) -> Kept | None:

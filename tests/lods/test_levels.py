@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from simplifier.lods import levels as making
 from simplifier.lods.level_plan import plan_levels
 from simplifier.lods.levels import simplify_levels
 from simplifier.options.simplify import LodOptions
-from simplifier.options.stages import SolidOptions, make_options
+from simplifier.options.stages import ERROR_VOXELS, SolidOptions, make_options
 from simplifier.pipeline import Simplification
 from simplifier.progress import STAGES, Stopwatch
 from simplifier.steps.solid import solidify
@@ -99,6 +100,23 @@ def test_a_coarser_level_takes_over_the_bound_of_a_finer_that_it_keeps(monkeypat
     assert made.solid.filled.cell_size == pytest.approx(1.0 / 32.0, rel=1e-6)
     (gone,) = made.chain.left_out
     assert (gone.resolution, "keeps its error bound" in gone.reason) == (32, True)
+
+
+def test_a_coarser_level_that_strays_less_promises_what_its_grid_does(monkeypatch):
+    """A time limit left the finest unrefined; chains came out whose bounds did not rise."""
+    mesh, real = blob(), making.simplify_mesh
+    proved = {32: ERROR_VOXELS / 32.0, 16: 0.9 * ERROR_VOXELS / 32.0}
+
+    def unrefined(mesh, options, *others):
+        made = real(mesh, options, *others)
+        bound = float(mesh.extent.max()) * proved[options.solid.resolution]
+        return replace(made, occluder=replace(made.occluder, error_bound=bound))
+
+    monkeypatch.setattr(making, "simplify_mesh", unrefined)
+    made = made_of(mesh, LodOptions(lods=2), resolution=32, budget=48)
+    finer, coarser = made.chain.levels
+    assert coarser.error_bound == pytest.approx(2.0 * finer.error_bound, rel=1e-6)
+    check_chain(mesh, made.chain)
 
 
 def test_the_order_of_bounds_does_not_matter():

@@ -74,7 +74,8 @@ def _leaving(triangles: FloatArray, inside: BoolArray) -> FloatArray:
     """Those that touch a voxel which is not inside; the others are at no distance at all."""
     layers = (~inside).view(np.uint8)
     within = np.empty(len(triangles), dtype=np.bool_)
-    all_contained(triangles, (layers, layers, layers, 0), within)
+    nothing_kept = np.empty((0, 0, 0), dtype=np.uint64)  # voxels are cells themselves
+    all_contained(triangles, (layers, layers, layers, 0, nothing_kept), within)
     return triangles[~within]
 
 

@@ -83,9 +83,15 @@ class Room:
         return self.reaches[self.limit] + self.slack
 
     @property
-    def voxels(self) -> tuple[Layers, Layers, Layers, int]:
-        """As kernels take it."""
-        return self.layers, self.least, self.most, self.limit
+    def voxels(self) -> tuple[Layers, Layers, Layers, int, NDArray[np.uint64]]:
+        """As :func:`~simplifier.kernels.voxelize.is_contained` takes it."""
+        return self.layers, self.least, self.most, self.limit, self._barred
+
+    @cached_property
+    def _barred(self) -> NDArray[np.uint64]:
+        """What kernels find out about cells of 64 voxels; of others nothing is kept."""
+        has_words = self.layers.size == 64 * self.least.size
+        return np.zeros(self.least.shape if has_words else (0, 0, 0), dtype=np.uint64)
 
     @cached_property
     def cells(self) -> BoolArray:

@@ -23,7 +23,7 @@ from simplifier.kernels.soup_views import (
     put_projection,
     score_exchange,
 )
-from simplifier.kernels.voxelize import is_contained
+from simplifier.kernels.voxelize import ROOM, is_contained
 
 TRIES = 6
 """Moves tried at a triangle before another is drawn; they share what tells whether it is poor."""
@@ -85,7 +85,7 @@ def _find_cell(room, before, number):
             low = middle
         else:
             high = middle
-    _, least, _, limit = room
+    _, least, _, limit, _ = room
     x, y = low // least.shape[1], low % least.shape[1]
     left = number - before[low]
     z = 0
@@ -265,7 +265,7 @@ def _try_views(
 
 @kernel(
     "float64[:, :, :], float64[:, :, :], (float64[:, :], float32[:, :, :], float32[:, :]), "
-    "uint64[:, :], int64, int64[:, :], (uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64), "
+    f"uint64[:, :], int64, int64[:, :], {ROOM}, "
     "int64[:], uint64[:, :, :], uint64[:, :, :], int64[:], float64[:, :, :], int64[:], "
     "uint64[:], int64[:, :], int64, (float64, float64), (float64, float64), (float64, float64), "
     "int64[:]"

@@ -18,7 +18,7 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
-from simplifier.kernels.voxelize import is_contained
+from simplifier.kernels.voxelize import ROOM, is_contained
 
 _BORDER = 10.0  # weight of a plane across a border, in squares of its edge
 _TO_MIDDLE = 1e-3
@@ -33,10 +33,7 @@ _FOLDED = 100.0  # how much dearer a collapse is that turns a face over
 _LEAVES = 10.0  # and one that takes a face out of the room; more stops too many
 
 
-@kernel(
-    "float64[:, :], int32[:, :], (uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64), "
-    "int64, bool[:]"
-)
+@kernel(f"float64[:, :], int32[:, :], {ROOM}, int64, bool[:]")
 def decimate(vertices, faces, room, budget, alive):
     """Collapse edges until at most ``budget`` faces are ``alive`` (m,) bool; return how many are.
 

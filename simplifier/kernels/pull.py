@@ -6,7 +6,7 @@ import numpy as np
 
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.soup_views import corner
-from simplifier.kernels.voxelize import is_contained
+from simplifier.kernels.voxelize import ROOM, is_contained
 
 _TINY = 1e-300  # of a normal: less is none
 
@@ -38,10 +38,7 @@ def _unit_normal(triangle):
     return x / length, y / length, z / length
 
 
-@kernel(
-    "float64[:, :, :], (uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64), float64[:], "
-    "int64, float64, bool[:]"
-)
+@kernel(f"float64[:, :, :], {ROOM}, float64[:], int64, float64, bool[:]")
 def pull_triangles(triangles, room, steps, pulls, share, inside):
     """Draw each of ``triangles`` (m, 3, 3) in until it keeps to the ``room``, in place.
 

@@ -43,7 +43,7 @@ from simplifier.kernels.bit_image import (
 )
 from simplifier.kernels.compiled.intrinsic import intrinsic
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
-from simplifier.kernels.voxelize import is_contained
+from simplifier.kernels.voxelize import ROOM, is_contained
 
 INSET = 0.2
 """Pixels by which triangles are drawn smaller, so that neighbours have to overlap: a crack that is
@@ -483,7 +483,7 @@ def remove_useless(images, layers, originals, price, fines, scores, kept):
                 exchange_picture(layers[view], images[index, view], nothing, every)
 
 
-@kernel("float64[:, :, :], (uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64), bool[:]")
+@kernel(f"float64[:, :, :], {ROOM}, bool[:]")
 def all_contained(triangles, room, inside):
     """Write into ``inside`` (m,) bool whether each triangle keeps to ``room``."""
     for index in range(len(triangles)):

@@ -6,9 +6,14 @@ import numpy as np
 
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
+ROOM = "(uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64, uint64[:, :, :])"
+"""A room as :func:`is_contained` takes it, in words of a kernel's signature."""
+
 # A triangle that touches a voxel's face counts as inside on both sides of it.  Rounding of the
 # transform to grid space must not decide that, so "touches" means "comes within this", in voxels.
 _TOUCH = 1e-9
+
+_WORD = 4  # voxels of a cell along each axis, of which a word has a bit each
 
 _FEW_CELLS = 200  # are looked at sooner than it is found out which of them a triangle touches
 
@@ -244,13 +249,54 @@ def _cells_below(low, high, most, limit):
 
 
 @inline_kernel
+def _barred_in(x, y, z, room):
+    """The voxels of a cell that are above the limit, as ones of a word: voxel (i, j, k) of it is
+    bit 16 i + 4 j + k.  They are looked at once: 64 lie in as many as 16 lines of memory."""
+    layers, _, _, limit, barred = room
+    word = barred[x, y, z]
+    if word == 0:  # threads that find the same at the same time write the same
+        for i in range(_WORD):
+            for j in range(_WORD):
+                for k in range(_WORD):
+                    above = layers[_WORD * x + i, _WORD * y + j, _WORD * z + k] > limit
+                    word |= np.uint64(above) << np.uint64((i * _WORD + j) * _WORD + k)
+        barred[x, y, z] = word
+    return word
+
+
+@inline_kernel
+def _keeps_off(sides, low, high, is_row, word, w):
+    """As :func:`_keeps_below` or, in a row, :func:`_all_below`, in one cell: by the word of the
+    voxels that are above the limit.  Axes in cyclic order, ``w`` last."""
+    ds, dt, dk = _rotate((_WORD * _WORD, _WORD, 1), w)
+    column = np.uint64(1) | np.uint64(1) << np.uint64(dk)
+    column |= column << np.uint64(2 * dk)
+    last_of_cell = _WORD - 1
+    for s in range(low[0], high[0] + 1):
+        for t in range(low[1], high[1] + 1):
+            place = (s & last_of_cell) * ds + (t & last_of_cell) * dt
+            above = word >> np.uint64(place) & column
+            if above == 0:
+                continue
+            first, last = low[2], high[2]
+            if not is_row:
+                first, last = _column(sides, s, t, low[2], high[2])
+            for k in range(first, last + 1):
+                if above >> np.uint64((k & last_of_cell) * dk) & np.uint64(1) != 0 and (
+                    is_row or (_admit(sides[0], s, t) and _touches(sides, s, t, k))
+                ):
+                    return False
+    return True
+
+
+@inline_kernel
 def _cell_contained(cell, fine, room, w):
     """Whether a triangle keeps to the limit in one cell that has voxels above it.
 
     ``cell`` and ``fine``, which are the triangle's sides in voxels, its box and whether that is a
     row of them, have their axes in cyclic order, ``w`` last; ``room`` as for :func:`is_contained`.
     """
-    layers, least, _, limit = room
+    layers, least, _, limit, barred = room
     x, y, z = _back(cell, w)
     if least[x, y, z] > limit:
         return False
@@ -260,6 +306,8 @@ def _cell_contained(cell, fine, room, w):
     s, t, k = cell[0] * size, cell[1] * size, cell[2] * size
     low = (max(low[0], s), max(low[1], t), max(low[2], k))
     high = (min(high[0], s + size - 1), min(high[1], t + size - 1), min(high[2], k + size - 1))
+    if len(barred) > 0:
+        return _keeps_off(sides, low, high, is_row, _barred_in(x, y, z, room), w)
     strides = _rotate((sizes[1] * sizes[2], sizes[2], 1), w)
     if is_row:
         return _all_below(low, high, strides, layers.reshape(-1), limit)
@@ -293,6 +341,23 @@ def _back(t, w):
     return t
 
 
+@inline_kernel
+def _point_contained(point, room):
+    """Whether a point's voxel is not above the limit."""
+    layers, least, most, limit, barred = room
+    x, y, z = np.int64(point[0]), np.int64(point[1]), np.int64(point[2])
+    if most[x, y, z] <= limit:  # of an array that is small enough for a cache
+        return True
+    size = layers.shape[0] // least.shape[0]
+    i, j, k = (
+        np.int64(point[0] * size), np.int64(point[1] * size), np.int64(point[2] * size)
+    )  # fmt: skip
+    if len(barred) > 0:
+        bit = ((i - size * x) * _WORD + j - size * y) * _WORD + k - size * z
+        return _barred_in(x, y, z, room) >> np.uint64(bit) & np.uint64(1) == 0
+    return layers[i, j, k] <= limit
+
+
 @inner_kernel
 def is_contained(p, q, r, room):
     """Whether a triangle touches no voxel of a layer above the limit.
@@ -302,10 +367,12 @@ def is_contained(p, q, r, room):
     ``layers``  (k nx, k ny, k nz) uint8, the voxels: k a cell along each axis.
     ``least``, ``most``  (nx, ny, nz) uint8, the lowest and the highest layer in each cell.
     ``limit``   the highest layer that is allowed.
+    ``barred``  (nx, ny, nz) uint64 where a cell has four voxels along each axis, else empty: zeros
+                that are overwritten cell by cell, the room and its limit staying as they are.
 
     Outside the grid nothing is allowed.  Voxels are looked at only in cells that hold both kinds.
     """
-    layers, _, most, limit = room
+    layers, _, most, limit, _ = room
     sizes = most.shape
     for axis in range(3):
         if min(p[axis], q[axis], r[axis]) <= _TOUCH:
@@ -319,8 +386,8 @@ def is_contained(p, q, r, room):
     size = layers.shape[0] // sizes[0]
     a, b, c = _scaled(p, size), _scaled(q, size), _scaled(r, size)
     # Of triangles that leave the room most have a corner outside.
-    for x, y, z in (a, b, c):
-        if layers[np.int64(max(x, 0.0)), np.int64(max(y, 0.0)), np.int64(max(z, 0.0))] > limit:
+    for point in (p, q, r):
+        if not _point_contained(point, room):
             return False
     w = _dominant(p, q, r)
     p, q, r = _rotate(p, w), _rotate(q, w), _rotate(r, w)

@@ -44,7 +44,8 @@ def kept_to(triangle, layers, limit, size):
     """As :func:`contained`, in cells of ``size`` voxels along each axis; ``triangle`` in voxels."""
     cells = SIZE // size
     blocks = layers.reshape(cells, size, cells, size, cells, size)
-    room = (layers, blocks.min(axis=(1, 3, 5)), blocks.max(axis=(1, 3, 5)), limit)
+    barred = np.zeros((cells,) * 3 if size == 4 else (0, 0, 0), np.uint64)
+    room = (layers, blocks.min(axis=(1, 3, 5)), blocks.max(axis=(1, 3, 5)), limit, barred)
     return is_contained(*(tuple(corner / size) for corner in triangle), room)
 
 
@@ -208,7 +209,12 @@ def test_in_cells_of_several_voxels_each_voxel_is_judged(corners, size, seed, li
     least, most = blocks.min(axis=(1, 3, 5)), blocks.max(axis=(1, 3, 5))
     triangle = np.array(corners) / PARTS
     expected = contained(triangle * size, layers <= limit)
-    found = is_contained(
-        *(tuple(map(float, corner)) for corner in triangle), (layers, least, most, limit)
-    )
-    assert found == expected
+    barred = np.zeros(least.shape if size == 4 else (0, 0, 0), np.uint64)
+    room = (layers, least, most, limit, barred)
+    for _ in range(2):  # cells have been looked at then
+        assert is_contained(*(tuple(map(float, corner)) for corner in triangle), room) == expected
+    if size == 4:
+        by_cell = (layers > limit).reshape(SIZE, 4, SIZE, 4, SIZE, 4).transpose(0, 2, 4, 1, 3, 5)
+        words = np.packbits(by_cell.reshape(-1, 64), axis=1, bitorder="little").view("<u8")
+        looked_at = barred != 0
+        assert np.array_equal(barred[looked_at], words.reshape(barred.shape)[looked_at])

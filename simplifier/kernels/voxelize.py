@@ -352,9 +352,9 @@ def _point_contained(point, room):
     i, j, k = (
         np.int64(point[0] * size), np.int64(point[1] * size), np.int64(point[2] * size)
     )  # fmt: skip
-    if len(barred) > 0:
+    if len(barred) > 0 and barred[x, y, z] != 0:
         bit = ((i - size * x) * _WORD + j - size * y) * _WORD + k - size * z
-        return _barred_in(x, y, z, room) >> np.uint64(bit) & np.uint64(1) == 0
+        return barred[x, y, z] >> np.uint64(bit) & np.uint64(1) == 0
     return layers[i, j, k] <= limit
 
 
@@ -389,6 +389,9 @@ def is_contained(p, q, r, room):
     for point in (p, q, r):
         if not _point_contained(point, room):
             return False
+    one, other, _ = _box(a, b, c, layers.shape, 2)
+    if one == other:
+        return True  # a voxel that all corners are in
     w = _dominant(p, q, r)
     p, q, r = _rotate(p, w), _rotate(q, w), _rotate(r, w)
     a, b, c = _rotate(a, w), _rotate(b, w), _rotate(c, w)

@@ -6,6 +6,7 @@ compiler of each pair of arrays whether they share memory, which takes as long a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import llvmlite.ir as ir
@@ -20,13 +21,14 @@ from simplifier.kernels.compiled.rows import (
     call,
     is_any,
     load_rows,
-    merged,
     place_of,
+    repeat,
     store_rows,
 )
 
 _NUMBER = ir.DoubleType()
 _NUMBERS = ir.VectorType(_NUMBER, LANES)
+_TRUE = ir.IntType(1)(1)
 _IN_A_WORD = ir.Constant(ROWS, [63] * LANES)
 _EXPONENT = 2.0**52  # a whole number below it is in the last bits of the sum
 
@@ -36,8 +38,6 @@ def write_draw(
     eights: Any,
 ) -> Any:  # fmt: skip
     """As :func:`~..soup_views.draw_found` says; ``block`` views have a number after the other."""
-    for begin in range(0, 64, LANES):
-        store_rows(builder, NOTHING, place_of(builder, new, begin))
 
     def number(place: int) -> Any:
         return builder.load(builder.gep(edges, [builder.add(view, WORD(place * block))]))
@@ -45,44 +45,36 @@ def write_draw(
     outlines = [
         [_all(builder, number(5 * edge + which)) for which in range(5)] for edge in range(3)
     ]
-    first, end = (builder.fptosi(number(15 + which), WORD) for which in range(2))
+    first, end = (builder.fptosi(number(place), WORD) for place in (15, 16))
     middles = ir.Constant(_NUMBERS, [row + 0.5 for row in range(LANES)])
     middles = builder.fadd(_all(builder, number(15)), middles)
-    second = place_of(builder, layers, height)
-    entry = builder.basic_block
-    body, done = builder.append_basic_block("eight"), builder.append_basic_block("drawn")
-    builder.cbranch(builder.icmp_signed("<", first, end), body, done)
-    builder.position_at_end(body)
-    row = merged(builder, WORD, entry, first)
-    middle = merged(builder, _NUMBERS, entry, middles)
-    differs = merged(builder, ROWS, entry, NOTHING)
-    changed = merged(builder, WORD, entry, WORD(0))
-    bits = NOTHING
-    for outline in outlines:
-        bits = builder.xor(bits, _right_of(builder, outline, middle))
-    store_rows(builder, bits, place_of(builder, new, row))
-    here, whole, twice = (
-        load_rows(builder, place_of(builder, image, row)) for image in (own, layers, second)
-    )
-    union = builder.or_(all_but_one(builder, whole, twice, here), bits)
-    change = builder.xor(union, whole)
-    found = builder.or_(differs, change)
-    moved = builder.zext(is_any(builder, builder.xor(bits, here)), WORD)
-    marked = builder.or_(changed, builder.shl(moved, builder.lshr(row, WORD(3))))
-    following = builder.add(row, WORD(LANES))
-    row.add_incoming(following, body)
-    eight = ir.Constant(_NUMBERS, [float(LANES)] * LANES)
-    middle.add_incoming(builder.fadd(middle, eight), body)
-    differs.add_incoming(found, body)
-    changed.add_incoming(marked, body)
-    builder.cbranch(builder.icmp_signed("<", following, end), body, done)
-    builder.position_at_end(done)
-    total = merged(builder, ROWS, entry, NOTHING)
-    marks = merged(builder, WORD, entry, WORD(0))
-    total.add_incoming(found, body)
-    marks.add_incoming(marked, body)
-    builder.store(marks, eights)
-    return call(builder, "vector.reduce.or", WORD, total)
+    twice = place_of(builder, layers, height)
+    for begin in range(0, 64, LANES):
+        store_rows(builder, NOTHING, place_of(builder, new, begin))
+
+    def draw(row: Any, middle: Any, differs: Any, changed: Any) -> Sequence[Any]:
+        bits = NOTHING
+        for outline in outlines:
+            bits = builder.xor(bits, _right_of(builder, outline, middle))
+        store_rows(builder, bits, place_of(builder, new, row))
+        here, once, more = (
+            load_rows(builder, place_of(builder, image, row)) for image in (own, layers, twice)
+        )
+        union = builder.or_(all_but_one(builder, once, more, here), bits)
+        moved = builder.zext(is_any(builder, builder.xor(bits, here)), WORD)
+        following = builder.add(row, WORD(LANES))
+        return (
+            builder.icmp_signed("<", following, end),
+            following,
+            builder.fadd(middle, ir.Constant(_NUMBERS, [float(LANES)] * LANES)),
+            builder.or_(differs, builder.xor(union, once)),
+            builder.or_(changed, builder.shl(moved, builder.lshr(row, WORD(3)))),
+        )
+
+    some = builder.icmp_signed("<", first, end)
+    _, _, differs, changed = repeat(builder, some, [first, middles, NOTHING, WORD(0)], draw)
+    builder.store(changed, eights)
+    return call(builder, "vector.reduce.or", WORD, differs)
 
 
 def _right_of(builder: Any, edge: Any, middle: Any) -> Any:
@@ -117,60 +109,36 @@ def write_exchange(
 ) -> Any:
     """As :func:`~..soup_views.exchange_picture` says; 0."""
     lowest = builder.gep(layers, [builder.mul(height, WORD(2))])
-    entry = builder.basic_block
-    names = ("eight", "change", "digit", "counted", "high", "sum", "following", "done")
-    eight, change, digit, counted, high, total, following, done = (
-        builder.append_basic_block(name) for name in names
-    )
-    builder.cbranch(builder.icmp_unsigned("!=", eights, WORD(0)), eight, done)
 
-    builder.position_at_end(eight)
-    left = merged(builder, WORD, entry, eights)
-    row = builder.shl(builder.cttz(left, ir.IntType(1)(1)), WORD(3))
-    before, after = (load_rows(builder, place_of(builder, image, row)) for image in (old, new))
-    differs = builder.xor(before, after)
-    builder.cbranch(is_any(builder, differs), change, following)
+    def exchange(left: Any) -> Sequence[Any]:
+        row = builder.shl(builder.cttz(left, _TRUE), WORD(3))
+        before, after = (load_rows(builder, place_of(builder, image, row)) for image in (old, new))
+        store_rows(builder, after, place_of(builder, old, row))
+        lost = builder.and_(before, builder.xor(after, ALL))
+        digit = builder.gep(lowest, [row])
 
-    builder.position_at_end(change)
-    lost = builder.and_(before, builder.xor(after, ALL))
-    store_rows(builder, after, place_of(builder, old, row))
-    first = builder.gep(lowest, [row])
-    builder.branch(digit)
+        def carry_on(place: Any, carry: Any) -> Sequence[Any]:
+            was = load_rows(builder, place)
+            store_rows(builder, builder.xor(was, carry), place)
+            carried = builder.and_(carry, builder.xor(was, lost))
+            return is_any(builder, carried), builder.gep(place, [height]), carried
 
-    builder.position_at_end(digit)
-    place = merged(builder, first.type, change, first)
-    carry = merged(builder, ROWS, change, differs)
-    was = load_rows(builder, place)
-    store_rows(builder, builder.xor(was, carry), place)
-    carried = builder.and_(carry, builder.xor(was, lost))
-    place.add_incoming(builder.gep(place, [height]), digit)
-    carry.add_incoming(carried, digit)
-    builder.cbranch(is_any(builder, carried), digit, counted)
+        differs = builder.xor(before, after)
+        repeat(builder, is_any(builder, differs), [digit, differs], carry_on)
 
-    builder.position_at_end(counted)
-    low = load_rows(builder, first)
-    begin = builder.gep(first, [height])
-    builder.branch(high)
+        def add(count: Any, place: Any, several: Any) -> Sequence[Any]:
+            following = builder.add(count, WORD(1))
+            more = builder.or_(several, load_rows(builder, place))
+            rest = builder.icmp_signed("<", following, digits)
+            return rest, following, builder.gep(place, [height]), more
 
-    builder.position_at_end(high)
-    count = merged(builder, WORD, counted, WORD(1))
-    place = merged(builder, first.type, counted, begin)
-    several = merged(builder, ROWS, counted, NOTHING)
-    more = builder.or_(several, load_rows(builder, place))
-    counts = builder.add(count, WORD(1))
-    count.add_incoming(counts, high)
-    place.add_incoming(builder.gep(place, [height]), high)
-    several.add_incoming(more, high)
-    builder.cbranch(builder.icmp_signed("<", counts, digits), high, total)
+        second = builder.gep(digit, [height])
+        _, _, several = repeat(builder, _TRUE, [WORD(1), second, NOTHING], add)
+        union = builder.or_(load_rows(builder, digit), several)
+        store_rows(builder, union, place_of(builder, layers, row))
+        store_rows(builder, several, builder.gep(layers, [builder.add(height, row)]))
+        rest = builder.and_(left, builder.sub(left, WORD(1)))
+        return builder.icmp_unsigned("!=", rest, WORD(0)), rest
 
-    builder.position_at_end(total)
-    store_rows(builder, builder.or_(low, more), place_of(builder, layers, row))
-    store_rows(builder, more, builder.gep(layers, [builder.add(height, row)]))
-    builder.branch(following)
-
-    builder.position_at_end(following)
-    rest = builder.and_(left, builder.sub(left, WORD(1)))
-    left.add_incoming(rest, following)
-    builder.cbranch(builder.icmp_unsigned("!=", rest, WORD(0)), eight, done)
-    builder.position_at_end(done)
+    repeat(builder, builder.icmp_unsigned("!=", eights, WORD(0)), [eights], exchange)
     return WORD(0)

@@ -44,6 +44,12 @@ VIEWS_AT_A_TIME = 32
 """In which contours are found together, a bit of a word each; fewer where there are more threads.
 With more, limits of depth take too much memory; with fewer, more words are read."""
 
+_LEAST_WORK = 25_000
+"""Triangles of some views that are worth a hand-over to another thread: a tenth of a millisecond."""
+
+_PIXELS = 128
+"""Of a picture of few triangles that take as long as one of many."""
+
 _PIXELS_A_FACE = 32
 """At most, of a picture that is: what is counted by the pixel must not cost more than triangles."""
 
@@ -117,6 +123,7 @@ def coverage_masks(
     run_chunks(
         lambda begin, end: draw_views(points, indices, views, columns, begin, end, masks),
         len(views),
+        least=-(-_LEAST_WORK // (len(indices) + rows * columns // _PIXELS)),
         chunks_per_thread=32,
         tell=tell,
     )

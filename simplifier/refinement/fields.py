@@ -42,12 +42,12 @@ def _smoothed_along(field: Field, weights: FloatArray, mirrored: bool, axis: int
     run_chunks(
         lambda begin, end: smooth_planes(field, weights, mirrored, axis, begin, end, total),
         len(field),
-        least=_LEAST_PLANES,
+        least=max(_LEAST_CELLS // field[0].size, 1),
     )
     return total
 
 
-_LEAST_PLANES = 16  # fewer are not worth a hand-over to another thread
+_LEAST_CELLS = 1 << 18  # fewer are not worth a hand-over to another thread
 
 
 def depths_in(cells: BoolArray) -> Field:

@@ -45,10 +45,11 @@ VIEWS_AT_A_TIME = 32
 With more, limits of depth take too much memory; with fewer, more words are read."""
 
 _LEAST_WORK = 25_000
-"""Triangles of some views that are worth a hand-over to another thread: a tenth of a millisecond."""
+"""Triangles, over several views, that are worth a hand-over to another thread: they take a tenth of
+a millisecond."""
 
 _PIXELS = 128
-"""Of a picture of few triangles that take as long as one of many."""
+"""Of a picture that cost as much as a triangle: few triangles are large ones."""
 
 _PIXELS_A_FACE = 32
 """At most, of a picture that is: what is counted by the pixel must not cost more than triangles."""

@@ -20,8 +20,7 @@ def write_pictured(builder: Any, cells: Any, faces: Any, begin: Any) -> Any:
     for group in range(0, 64, _LANES):
         first = builder.mul(builder.add(begin, _WORD(group)), _WORD(3))
         place = builder.gep(faces, [first])
-        corners = [_gathered(builder, cells, one) for one in _corners(builder, place)]
-        p, q, r = corners
+        p, q, r = (_gathered(builder, cells, one) for one in _corners(builder, place))
         differ = builder.or_(builder.xor(p, q), builder.xor(p, r))
         columns = builder.icmp_unsigned("!=", builder.and_(differ, _HALF), _NOTHING)
         rows = builder.icmp_unsigned(">", differ, _HALF)
@@ -40,6 +39,7 @@ def _corners(builder: Any, place: Any) -> Any:
 
 
 def _gathered(builder: Any, cells: Any, vertices: Any) -> Any:
+    """The cells of 16 vertices.  llvmlite takes no vector for an offset, so places are numbers."""
     kind = ir.VectorType(_CELL.as_pointer(), _LANES)
     flags = ir.VectorType(ir.IntType(1), _LANES)
     name = f"llvm.masked.gather.v{_LANES}i32.v{_LANES}p0"

@@ -169,12 +169,24 @@ def _split_chunks(data: bytes, where: str) -> tuple[bytes, bytes | None]:
 _LARGEST = 2**53  # whole numbers beyond this are not exact in JSON
 
 
-@dataclass(frozen=True)
 class JsonObject:
-    """``where`` is the file and the place inside it, for messages."""
+    """``members`` as JSON has them, and ``where`` they are: the file and the place inside it, for
+    messages.  The place is put into words when it is asked for, since scenes have many nodes."""
 
-    members: dict[str, object]
-    where: str
+    __slots__ = ("_index", "_key", "_outer", "members")
+
+    def __init__(
+        self, members: dict[str, object], where: str | JsonObject, key: str = "", index: int = -1
+    ) -> None:
+        """``where`` in words, or the object that it is the ``key`` of, or is listed there."""
+        self.members, self._outer, self._key, self._index = members, where, key, index
+
+    @property
+    def where(self) -> str:
+        if isinstance(self._outer, str):
+            return self._outer
+        listed = "" if self._index < 0 else f"[{self._index}]"
+        return f"{self._outer.where}: {self._key}{listed}"
 
     def fail(self, what: str, remedy: str = "") -> UnreadableMeshError:
         """The error to raise for this object."""
@@ -199,8 +211,8 @@ class JsonObject:
     def integers(self, key: str) -> list[int]:
         """An array of whole numbers from 0 on; empty when absent."""
         values = self._array(key)
-        if not values:
-            return []
+        if all(type(value) is int and 0 <= value <= _LARGEST for value in values):
+            return cast(list[int], values)
         view = JsonObject({str(i): value for i, value in enumerate(values)}, f"{self.where}.{key}")
         return [view.integer(str(i)) for i in range(len(values))]
 
@@ -240,7 +252,7 @@ class JsonObject:
         values = self._array(key)
         if index >= len(values):
             raise self.fail(f"{key}[{index}] is used, but there are {len(values)}")
-        return self._view(values[index], f"{key}[{index}]")
+        return self._view(values[index], key, index)
 
     def _not_numbers(self, key: str, length: int) -> UnreadableMeshError:
         return self.fail(f"'{key}' is not an array of {length} numbers")
@@ -253,10 +265,11 @@ class JsonObject:
             raise self.fail(f"'{key}' is not an array")
         return value
 
-    def _view(self, value: object, place: str) -> JsonObject:
+    def _view(self, value: object, key: str, index: int = -1) -> JsonObject:
         if not isinstance(value, dict):
+            place = key if index < 0 else f"{key}[{index}]"
             raise self.fail(f"'{place}' is not an object")
-        return JsonObject(value, f"{self.where}: {place}")
+        return JsonObject(value, self, key, index)
 
 
 def parse_json(data: bytes, where: str, *, names_once: bool = True) -> JsonObject:

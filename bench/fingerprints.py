@@ -375,7 +375,7 @@ def _run(folder: Path, *arguments: str) -> Ran:
 
 
 def _environment() -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "100", "TERM": "dumb",
+    return {**os.environ, "PYTHONPATH": str(ROOT), "COLUMNS": "200", "TERM": "dumb",
             "NO_COLOR": "1"}  # fmt: skip
 
 

@@ -49,6 +49,7 @@ _VOLATILE = (
         "DATE",
     ),
     (re.compile(r"(?<=│) +\d+\.\d +(?=│)"), "TIME"),  # in a table's column of seconds
+    (re.compile("─+"), "─"),  # as wide as a time is long
     (re.compile(r"width: [\d.]+%"), "WIDTH"),  # of a bar of time
     (re.compile(r"data:image/png;base64,[A-Za-z0-9+/=]+"), "PICTURE"),
     (re.compile(r"[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}"), "ID"),

@@ -178,15 +178,15 @@ class JsonObject:
     def __init__(
         self, members: dict[str, object], where: str | JsonObject, key: str = "", index: int = -1
     ) -> None:
-        """``where`` in words, or the object that it is the ``key`` of, or is listed there."""
+        """``where`` in words, or the object that it is in: as the member ``key``, or at ``index``
+        of the list that this is."""
         self.members, self._outer, self._key, self._index = members, where, key, index
 
     @property
     def where(self) -> str:
         if isinstance(self._outer, str):
             return self._outer
-        listed = "" if self._index < 0 else f"[{self._index}]"
-        return f"{self._outer.where}: {self._key}{listed}"
+        return f"{self._outer.where}: {_place(self._key, self._index)}"
 
     def fail(self, what: str, remedy: str = "") -> UnreadableMeshError:
         """The error to raise for this object."""
@@ -251,7 +251,7 @@ class JsonObject:
         """One object of an array of objects."""
         values = self._array(key)
         if index >= len(values):
-            raise self.fail(f"{key}[{index}] is used, but there are {len(values)}")
+            raise self.fail(f"{_place(key, index)} is used, but there are {len(values)}")
         return self._view(values[index], key, index)
 
     def _not_numbers(self, key: str, length: int) -> UnreadableMeshError:
@@ -267,9 +267,13 @@ class JsonObject:
 
     def _view(self, value: object, key: str, index: int = -1) -> JsonObject:
         if not isinstance(value, dict):
-            place = key if index < 0 else f"{key}[{index}]"
-            raise self.fail(f"'{place}' is not an object")
+            raise self.fail(f"'{_place(key, index)}' is not an object")
         return JsonObject(value, self, key, index)
+
+
+def _place(key: str, index: int) -> str:
+    """Of a member, or of the one at ``index``, if that is not below 0, of its list."""
+    return key if index < 0 else f"{key}[{index}]"
 
 
 def parse_json(data: bytes, where: str, *, names_once: bool = True) -> JsonObject:

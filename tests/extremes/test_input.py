@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import struct
-import tracemalloc
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +13,7 @@ import simplifier
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.errors import EmptyMeshError, MeshError, UnreadableMeshError
 from simplifier.io.formats import readable_suffixes
+from tests.allocating import most_allocated
 from tests.extremes.inputs import CASES, Refused, Usable
 from tests.io.builders import XYZ, GltfBuilder, ply
 
@@ -181,30 +180,20 @@ NONSENSE = {
 }
 
 
-@contextmanager
-def little_memory() -> Iterator[None]:
-    """The block takes less than a megabyte."""
-    tracemalloc.start()
-    try:
-        yield
-        assert tracemalloc.get_traced_memory()[1] < LITTLE
-    finally:
-        tracemalloc.stop()
-
-
 @pytest.mark.parametrize("suffix", readable_suffixes())
 @pytest.mark.parametrize("kind", NONSENSE)
 @pytest.mark.parametrize("size", [A_LOT, pytest.param(1 << 30, marks=pytest.mark.slow)])
 def test_nonsense_is_refused_unread(tmp_path: Path, kind: str, suffix: str, size: int) -> None:
     """It was read whole, and under .obj searched for a minute a GiB."""
     path = tmp_path / f"mesh{suffix}"
-    NONSENSE[kind](path, 1 << 20)
-    with pytest.raises(UnreadableMeshError, match=path.name):
-        simplifier.load(path)  # what is loaded with the first file is not to count
     NONSENSE[kind](path, size)
-    try:
-        with little_memory(), pytest.raises(UnreadableMeshError, match=path.name):
+
+    def refuse() -> None:
+        with pytest.raises(UnreadableMeshError, match=path.name):
             simplifier.load(path)
+
+    try:
+        assert most_allocated(refuse) < LITTLE
     finally:
         path.unlink()
 
@@ -212,11 +201,8 @@ def test_nonsense_is_refused_unread(tmp_path: Path, kind: str, suffix: str, size
 def test_a_thousand_instances_take_the_memory_of_their_triangles(tmp_path: Path) -> None:
     case = USABLE["a thousand instances"]
     path = written(tmp_path, case)
-    simplifier.load(path)  # what is loaded with the first file is not to count
-    tracemalloc.start()
-    try:
-        mesh = simplifier.load(path)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert peak < 8 * (mesh.vertices.nbytes + mesh.faces.nbytes) + len(case.data) * 20
+    mesh = simplifier.load(path)
+    assert (
+        most_allocated(lambda: simplifier.load(path))
+        < 8 * (mesh.vertices.nbytes + mesh.faces.nbytes) + len(case.data) * 20
+    )

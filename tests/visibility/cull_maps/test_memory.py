@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-import tracemalloc
 
 import numpy as np
 import pytest
@@ -20,6 +19,7 @@ from simplifier.visibility.cull_maps.memory import check_memory, need_of_sets
 from simplifier.visibility.find import find_pvs
 from simplifier.visibility.placing.terrain_cells import place_on_terrain
 from simplifier.visibility.solid.terrain import Terrain
+from tests.allocating import most_allocated
 from tests.visibility.solid.test_terrain import terrain_of
 
 
@@ -41,11 +41,7 @@ def terrain():
 def test_the_arrays_of_a_terrain_take_less_than_is_foretold_and_not_much():
     (upright, cells, posts), epsilon = terrain(), 2.5
     options = PvsOptions(up="z", epsilon=epsilon)
-    find_pvs(upright, cells, options, terrain=posts)  # compiled, and all imported
-    tracemalloc.start()
-    find_pvs(upright, cells, options, terrain=posts)
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
+    peak = most_allocated(lambda: find_pvs(upright, cells, options, terrain=posts))
     need = need_of_sets(upright, cells, 0.2 * epsilon, 0.2, terrain=True)
     # Libraries are no arrays, and neither is what any process takes.
     arrays = need.peak - BASE_BYTES - 60 * 2**20

@@ -24,16 +24,9 @@ from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import lowest_one
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
-from simplifier.kernels.coverage import (
-    MaskArray,
-    draw_face,
-    draw_faces,
-    empty_spans,
-    lies_between,
-    project,
-    views_at_a_time,
-)
+from simplifier.kernels.coverage import MaskArray, views_at_a_time
 from simplifier.kernels.edges import list_edges
+from simplifier.kernels.faces import draw_face, draw_faces, empty_spans, lies_between, project
 from simplifier.kernels.threads import run_chunks
 from simplifier.progress import TellShare, silent
 

@@ -14,11 +14,9 @@ from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import lowest_one, popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
-from simplifier.kernels.coverage import (
-    Known,
+from simplifier.kernels.coverage import Known, by_contours, drawable
+from simplifier.kernels.faces import (
     box_columns,
-    by_contours,
-    drawable,
     lies_between,
     project,
     rows_of,
@@ -32,6 +30,11 @@ _NARROWEST = 1e-9  # pixels
 LEAST_FACES = 1 << 13
 """Triangles of a mesh whose front is counted by contours.  A smaller mesh would gain less than a
 tenth of a second, and the kernels for it take two seconds to compile."""
+
+
+LEAST_VIEWS = 32
+"""As :func:`~simplifier.kernels.coverage.by_contours` takes them: fewer than for pictures alone,
+since triangles are settled one by one."""
 
 
 def front_pixels(
@@ -56,7 +59,9 @@ def front_pixels(
     points, faces, views = drawable(*mesh, projections, (3, image, image))
     other_points, other_faces, _ = drawable(*occluder, projections, (3, image, image))
     pixels = np.zeros((len(views), 2), dtype=np.int64)
-    if len(faces) >= LEAST_FACES and by_contours(len(faces), len(views), image * image):
+    if len(faces) >= LEAST_FACES and by_contours(
+        len(faces), len(views), image * image, least_views=LEAST_VIEWS
+    ):
         # Here, not above: they are built on this file, and small meshes need not load them.
         from simplifier.kernels.contours import draw_by_contours, edge_table
         from simplifier.kernels.front_contours import count_front_by_contours

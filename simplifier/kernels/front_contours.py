@@ -38,7 +38,8 @@ from simplifier.kernels.contours import (
     sight_axes,
     transpose,
 )
-from simplifier.kernels.coverage import MaskArray, columns_of_word, project, views_at_a_time
+from simplifier.kernels.coverage import MaskArray, views_at_a_time
+from simplifier.kernels.faces import columns_of_word, project
 from simplifier.kernels.front import draw_nearest, settle_face
 from simplifier.kernels.threads import run_chunks
 

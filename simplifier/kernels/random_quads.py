@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import lowest_one
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
-from simplifier.kernels.coverage import columns_of_word
+from simplifier.kernels.faces import columns_of_word
 from simplifier.kernels.threads import run_chunks
 
 _GOLDEN = np.uint64(0x9E3779B97F4A7C15)

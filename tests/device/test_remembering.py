@@ -12,7 +12,7 @@ from simplifier.kernels import contours, front
 from tests import solids
 from tests.kernels.test_front_contours import HALF, looks
 
-VIEWS = looks(64, 40)
+VIEWS = looks(96, 40)
 FLAT = np.ascontiguousarray(VIEWS[:, :2])
 RING = solids.torus()
 

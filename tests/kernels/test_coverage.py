@@ -11,8 +11,7 @@ from scipy.spatial import Delaunay
 from shapely import MultiPoint, contains_xy
 
 from simplifier.geometry.views import image_axes, random_directions
-from simplifier.kernels.compiled.kernel import inner_kernel
-from simplifier.kernels.coverage import coverage_masks, pictured, unpack_masks
+from simplifier.kernels.coverage import coverage_masks, unpack_masks
 
 FLAT = np.array([[[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]]])
 """One view that takes x and y for pixel coordinates."""
@@ -115,22 +114,6 @@ def test_many_at_once_are_drawn_as_one_by_one(seed, count, size, side):
     # A tall one is drawn as in strips of a few rows.
     strips = [draw(soup - [0.0, first], min(8, side - first), side) for first in range(0, side, 8)]
     assert np.array_equal(np.concatenate(strips), np.any(alone, axis=0))
-
-
-def test_which_faces_are_pictured_is_told_as_in_python():
-    """Of cells next to each other, equal in one half or in both, and far apart."""
-    rng = np.random.default_rng(8)
-    cells = (rng.integers(0, 3, 500) << 16 | rng.integers(0, 3, 500)).astype(np.uint32)
-    cells[::50] = rng.integers(0, 2**32, 10, np.uint32)
-    faces = rng.integers(0, 500, (320, 3)).astype(np.int32)
-
-    @inner_kernel
-    def told(cells, faces, begin):
-        return pictured(cells, faces, begin)
-
-    found = [int(told(cells, faces, begin)) for begin in range(0, 257, 3)]
-    assert found == [int(pictured(cells, faces, begin)) for begin in range(0, 257, 3)]
-    assert len(set(found)) > 50
 
 
 def test_far_triangle_fills_the_image():

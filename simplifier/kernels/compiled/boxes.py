@@ -1,59 +1,178 @@
-"""LLVM's instructions that tell which triangles of a view have a pixel centre in their box."""
+"""LLVM's instructions that tell which triangles of a view have to be drawn, 16 at a time."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import llvmlite.ir as ir
 
-_LANES = 16
-_WORD = ir.IntType(64)
-_CELL = ir.IntType(32)
-_CELLS = ir.VectorType(_CELL, _LANES)
-_HALF = ir.Constant(_CELLS, [0xFFFF] * _LANES)
-_NOTHING = ir.Constant(_CELLS, [0] * _LANES)
+from simplifier.kernels.compiled.control import repeat
+from simplifier.kernels.compiled.lanes import (
+    CELL,
+    WORD,
+    compressed,
+    constant,
+    flags_of,
+    gathered,
+    greatest,
+    least,
+    loaded,
+    spread,
+    word_of,
+)
+from simplifier.kernels.compiled.processors import Processor
+
+LANES = 16
+_CELLS = ir.VectorType(CELL, LANES)
+_WORDS = ir.VectorType(WORD, LANES)
+_NEITHER = constant(flags_of(_CELLS), 0)
+_EACH = constant(flags_of(_CELLS), 1)
 
 
-def write_pictured(builder: Any, cells: Any, faces: Any, begin: Any) -> Any:
-    """As :func:`~..coverage.pictured` says."""
-    word = _WORD(0)
-    for group in range(0, 64, _LANES):
-        first = builder.mul(builder.add(begin, _WORD(group)), _WORD(3))
-        place = builder.gep(faces, [first])
-        p, q, r = (_gathered(builder, cells, one) for one in _corners(builder, place))
+def write_list_pictured(
+    builder: Any, stride: int, cells: Any, faces: Any, begin: Any, listed: Any, count: Any
+) -> Any:
+    """As :func:`~..faces.list_pictured` says; ``stride`` faces have room in ``listed``."""
+    for group in range(0, 64, LANES):
+        first = builder.mul(builder.add(begin, WORD(group)), WORD(3))
+        corners = _corners(builder, builder.gep(faces, [first]))
+        p, q, r = (gathered(builder, _CELLS, cells, _bytes(builder, one, 4)) for one in corners)
         differ = builder.or_(builder.xor(p, q), builder.xor(p, r))
-        columns = builder.icmp_unsigned("!=", builder.and_(differ, _HALF), _NOTHING)
-        rows = builder.icmp_unsigned(">", differ, _HALF)
-        both = builder.bitcast(builder.and_(columns, rows), ir.IntType(_LANES))
-        word = builder.or_(word, builder.shl(builder.zext(both, _WORD), _WORD(group)))
-    return word
+        columns = builder.and_(differ, constant(_CELLS, 0xFFFF))
+        pictured = builder.and_(
+            builder.icmp_unsigned("!=", columns, constant(_CELLS, 0)),
+            builder.icmp_unsigned(">", differ, constant(_CELLS, 0xFFFF)),
+        )
+        count = _append(builder, [*corners, p, q, r], pictured, listed, count, stride)
+    return count
 
 
-def _corners(builder: Any, place: Any) -> Any:
+def write_list_bare(
+    builder: Any, stride: int, listed: Any, begin: Any, mask: Any, words: Any, most_rows: Any,
+    bare: Any, count: Any,
+) -> Any:  # fmt: skip
+    """As :func:`~..faces.list_bare` says."""
+    rows = [
+        loaded(builder, _CELLS, builder.gep(listed, [builder.add(begin, WORD(stride * row))]))
+        for row in range(6)
+    ]
+    bottom, top, left, right = _box(builder, rows[3:])
+    window = write_window(builder, left, spread(builder, builder.trunc(words, CELL), _CELLS))
+    height = builder.sub(top, bottom)
+    small = builder.and_(
+        builder.icmp_unsigned("<=", builder.sub(right, window), constant(_CELLS, 64)),
+        builder.icmp_unsigned(
+            "<=", height, spread(builder, builder.trunc(most_rows, CELL), _CELLS)
+        ),
+    )
+    wide = builder.sub(right, left)
+    ones = builder.lshr(
+        constant(_WORDS, -1),
+        builder.zext(_modulo_64(builder, builder.sub(constant(_CELLS, 64), wide)), _WORDS),
+    )
+    shift = _modulo_64(builder, builder.sub(left, window))
+    columns = builder.shl(ones, builder.zext(shift, _WORDS))
+    step = spread(builder, builder.shl(words, WORD(3)), _WORDS)
+    first = builder.add(
+        builder.mul(builder.zext(bottom, _WORDS), step),
+        builder.zext(builder.lshr(window, constant(_CELLS, 3)), _WORDS),
+    )
+
+    def look(row: Any, place: Any, asked: Any, lacking: Any) -> Sequence[Any]:
+        there = gathered(builder, _WORDS, mask, place, asked)
+        missing = builder.icmp_unsigned("!=", builder.and_(there, columns), columns)
+        lacking = builder.or_(lacking, builder.and_(asked, missing))
+        row = builder.add(row, constant(_CELLS, 1))
+        more = builder.and_(builder.icmp_unsigned("<", row, height), builder.xor(missing, _EACH))
+        asked = builder.and_(asked, more)
+        return _is_any(builder, asked), row, builder.add(place, step), asked, lacking
+
+    begun = [constant(_CELLS, 0), first, small, _NEITHER]
+    *_, lacking = repeat(builder, _is_any(builder, small), begun, look)
+    count = _append(builder, rows, lacking, bare, count, stride)
+    large = word_of(builder, builder.xor(small, _EACH))
+    return builder.or_(count, builder.shl(large, WORD(32)))
+
+
+def write_window(builder: Any, left: Any, words: Any) -> Any:
+    """The first of 64 columns, a multiple of 32, among which the column ``left`` and the 32 behind
+    it are; ``words`` in a row."""
+    kind = left.type
+    last = builder.shl(builder.sub(words, constant(kind, 1)), constant(kind, 6))
+    return least(builder, builder.and_(left, constant(kind, 0xFFE0)), last)
+
+
+def _corners(builder: Any, address: Any) -> list[Any]:
     """The first, second and third corners of 16 faces, which lie one after the other."""
-    kind = ir.VectorType(_CELL, 3 * _LANES)
-    loaded = builder.load(builder.bitcast(place, kind.as_pointer()), align=4)
-    for corner in range(3):
-        order = ir.Constant(_CELLS, [3 * lane + corner for lane in range(_LANES)])
-        yield builder.shuffle_vector(loaded, ir.Constant(kind, ir.Undefined), order)
+    kind = ir.VectorType(CELL, 3 * LANES)
+    whole = loaded(builder, kind, address)
+    return [
+        builder.shuffle_vector(
+            whole,
+            ir.Constant(kind, ir.Undefined),
+            ir.Constant(_CELLS, [3 * lane + corner for lane in range(LANES)]),
+        )
+        for corner in range(3)
+    ]
 
 
-def _gathered(builder: Any, cells: Any, vertices: Any) -> Any:
-    """The cells of 16 vertices.  llvmlite takes no vector for an offset, so places are numbers."""
-    kind = ir.VectorType(_CELL.as_pointer(), _LANES)
-    flags = ir.VectorType(ir.IntType(1), _LANES)
-    name = f"llvm.masked.gather.v{_LANES}i32.v{_LANES}p0"
-    words = ir.VectorType(_WORD, _LANES)
-    base = builder.insert_element(
-        ir.Constant(words, ir.Undefined), builder.ptrtoint(cells, _WORD), _CELL(0)
-    )
-    base = builder.shuffle_vector(base, ir.Constant(words, ir.Undefined), _NOTHING)
-    offsets = builder.shl(builder.zext(vertices, words), ir.Constant(words, [2] * _LANES))
-    places = builder.inttoptr(builder.add(base, offsets), kind)
-    function = ir.FunctionType(_CELLS, [kind, _CELL, flags, _CELLS])
-    known = builder.module.globals.get(name)
-    all_of_them = ir.Constant(flags, [1] * _LANES)
-    return builder.call(
-        known or ir.Function(builder.module, function, name),
-        [places, _CELL(4), all_of_them, ir.Constant(_CELLS, ir.Undefined)],
-    )
+def _bytes(builder: Any, places: Any, size: int) -> Any:
+    """How far into an array numbers of that size lie."""
+    return builder.mul(builder.zext(places, _WORDS), constant(_WORDS, size))
+
+
+def _box(builder: Any, cells: Sequence[Any]) -> Sequence[Any]:
+    """The first row and the end, and the first column and the end, of triangles."""
+    rows = [builder.lshr(one, constant(_CELLS, 16)) for one in cells]
+    columns = [builder.and_(one, constant(_CELLS, 0xFFFF)) for one in cells]
+    return (
+        least(builder, *rows), greatest(builder, *rows),
+        least(builder, *columns), greatest(builder, *columns),
+    )  # fmt: skip
+
+
+def _modulo_64(builder: Any, numbers: Any) -> Any:
+    """What a shift may take: lanes that no one looks at have any number."""
+    return builder.and_(numbers, constant(_CELLS, 63))
+
+
+def _is_any(builder: Any, flags: Any) -> Any:
+    return builder.icmp_unsigned("!=", word_of(builder, flags), WORD(0))
+
+
+def _append(
+    builder: Any, rows: Sequence[Any], flags: Any, listed: Any, count: Any, stride: int
+) -> Any:
+    """Write the lanes with a flag behind ``count`` others; the new count.  Up to 16 numbers behind
+    the last one are written, too."""
+    if not Processor.chosen().has_wide_registers:
+        return _append_one_by_one(builder, rows, flags, listed, count, stride)
+    for row, values in enumerate(rows):
+        place = builder.gep(listed, [builder.add(count, WORD(stride * row))])
+        kept = compressed(builder, values, flags)
+        builder.store(kept, builder.bitcast(place, _CELLS.as_pointer()), align=4)
+    return builder.add(count, builder.ctpop(word_of(builder, flags)))
+
+
+def _append_one_by_one(
+    builder: Any, rows: Sequence[Any], flags: Any, listed: Any, count: Any, stride: int
+) -> Any:
+    """Where no instruction moves lanes next to each other: what stands for it takes twice as
+    long."""
+    with builder.goto_entry_block():
+        scratch = builder.alloca(_CELLS, size=len(rows))
+    for row, values in enumerate(rows):
+        builder.store(values, builder.gep(scratch, [WORD(row)]))
+    numbers = builder.bitcast(scratch, CELL.as_pointer())
+
+    def copy(left: Any, count: Any) -> Sequence[Any]:
+        lane = builder.cttz(left, ir.IntType(1)(1))
+        for row in range(len(rows)):
+            number = builder.load(builder.gep(numbers, [builder.add(lane, WORD(LANES * row))]))
+            builder.store(number, builder.gep(listed, [builder.add(count, WORD(stride * row))]))
+        left = builder.and_(left, builder.sub(left, WORD(1)))
+        return builder.icmp_unsigned("!=", left, WORD(0)), left, builder.add(count, WORD(1))
+
+    some = word_of(builder, flags)
+    return repeat(builder, builder.icmp_unsigned("!=", some, WORD(0)), [some, count], copy)[1]

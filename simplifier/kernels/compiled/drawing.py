@@ -11,25 +11,23 @@ from typing import Any
 
 import llvmlite.ir as ir
 
+from simplifier.kernels.compiled.control import repeat
+from simplifier.kernels.compiled.lanes import NUMBER, WORD, call, constant, spread
 from simplifier.kernels.compiled.rows import (
     ALL,
     LANES,
     NOTHING,
     ROWS,
-    WORD,
     all_but_one,
-    call,
     is_any,
     load_rows,
     place_of,
-    repeat,
     store_rows,
 )
 
-_NUMBER = ir.DoubleType()
-_NUMBERS = ir.VectorType(_NUMBER, LANES)
+_NUMBERS = ir.VectorType(NUMBER, LANES)
 _TRUE = ir.IntType(1)(1)
-_IN_A_WORD = ir.Constant(ROWS, [63] * LANES)
+_IN_A_WORD = constant(ROWS, 63)
 _EXPONENT = 2.0**52  # a whole number below it is in the last bits of the sum
 
 
@@ -43,11 +41,12 @@ def write_draw(
         return builder.load(builder.gep(edges, [builder.add(view, WORD(place * block))]))
 
     outlines = [
-        [_all(builder, number(5 * edge + which)) for which in range(5)] for edge in range(3)
+        [spread(builder, number(5 * edge + which), _NUMBERS) for which in range(5)]
+        for edge in range(3)
     ]
     first, end = (builder.fptosi(number(place), WORD) for place in (15, 16))
     middles = ir.Constant(_NUMBERS, [row + 0.5 for row in range(LANES)])
-    middles = builder.fadd(_all(builder, number(15)), middles)
+    middles = builder.fadd(spread(builder, number(15), _NUMBERS), middles)
     twice = place_of(builder, layers, height)
     for begin in range(0, 64, LANES):
         store_rows(builder, NOTHING, place_of(builder, new, begin))
@@ -66,7 +65,7 @@ def write_draw(
         return (
             builder.icmp_signed("<", following, end),
             following,
-            builder.fadd(middle, ir.Constant(_NUMBERS, [float(LANES)] * LANES)),
+            builder.fadd(middle, constant(_NUMBERS, float(LANES))),
             builder.or_(differs, builder.xor(union, once)),
             builder.or_(changed, builder.shl(moved, builder.lshr(row, WORD(3)))),
         )
@@ -82,26 +81,18 @@ def _right_of(builder: Any, edge: Any, middle: Any) -> Any:
     start, top, slope, first, last = edge
     column = builder.fadd(start, builder.fmul(builder.fsub(middle, top), slope))
     column = call(builder, "ceil", _NUMBERS, column)
-    nought = ir.Constant(_NUMBERS, [0.0] * LANES)
+    nought = constant(_NUMBERS, 0.0)
     passes = builder.and_(
         builder.fcmp_ordered(">", middle, first),
         builder.and_(
             builder.fcmp_ordered("<", middle, last),
-            builder.fcmp_ordered("<", column, ir.Constant(_NUMBERS, [64.0] * LANES)),
+            builder.fcmp_ordered("<", column, constant(_NUMBERS, 64.0)),
         ),
     )
     column = builder.select(builder.fcmp_ordered(">", column, nought), column, nought)
-    raised = builder.fadd(column, ir.Constant(_NUMBERS, [_EXPONENT] * LANES))
+    raised = builder.fadd(column, constant(_NUMBERS, _EXPONENT))
     shift = builder.and_(builder.bitcast(raised, ROWS), _IN_A_WORD)
     return builder.select(passes, builder.shl(ALL, shift), NOTHING)
-
-
-def _all(builder: Any, number: Any) -> Any:
-    """A vector of a number eight times."""
-    undefined = ir.Constant(_NUMBERS, ir.Undefined)
-    first = builder.insert_element(undefined, number, ir.IntType(32)(0))
-    order = ir.Constant(ir.VectorType(ir.IntType(32), LANES), [0] * LANES)
-    return builder.shuffle_vector(first, undefined, order)
 
 
 def write_exchange(

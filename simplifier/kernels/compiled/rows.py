@@ -6,18 +6,19 @@ Where registers are shorter, the compiler takes several for each.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import llvmlite.ir as ir
 
+from simplifier.kernels.compiled.lanes import WORD, call, constant
+
 LANES = 8
 """Rows of a vector."""
 
-WORD = ir.IntType(64)
 ROWS = ir.VectorType(WORD, LANES)
-NOTHING = ir.Constant(ROWS, [0] * LANES)
-ALL = ir.Constant(ROWS, [-1] * LANES)
+NOTHING = constant(ROWS, 0)
+ALL = constant(ROWS, -1)
 Vectors = Sequence[Any]
 """Eight values of LLVM's, the rows of an image from the top."""
 
@@ -51,45 +52,3 @@ def all_but_one(builder: Any, once: Any, twice: Any, own: Any) -> Any:
     """Rows of the union of all pictures but ``own``, by the rows that any and that two have."""
     others = builder.and_(once, builder.xor(own, ALL))
     return builder.or_(others, builder.and_(twice, own))
-
-
-def call(builder: Any, name: str, result: Any, vector: Any) -> Any:
-    """One of LLVM's own functions of a vector."""
-    letter = "i" if vector.type.element == WORD else "f"
-    name, kind = f"llvm.{name}.v{LANES}{letter}64", ir.FunctionType(result, [vector.type])
-    known = builder.module.globals.get(name)
-    return builder.call(known or ir.Function(builder.module, kind, name), [vector])
-
-
-def merged(builder: Any, kind: Any, block: Any, value: Any) -> Any:
-    """What has that value when control comes from that block; others are added."""
-    found = builder.phi(kind)
-    found.add_incoming(value, block)
-    return found
-
-
-def repeat(
-    builder: Any, at_all: Any, before: Sequence[Any], step: Callable[..., Sequence[Any]]
-) -> Sequence[Any]:
-    """A loop over what changes from round to round; its values after the last one.
-
-    ``at_all``  whether there is a first round.
-    ``before``  the values that it begins with.
-    ``step``    writes a round, which is given them; returns whether another follows, and the values
-                that it begins with.
-    """
-    entry = builder.basic_block
-    begin, after = builder.append_basic_block("round"), builder.append_basic_block("after")
-    builder.cbranch(at_all, begin, after)
-    builder.position_at_end(begin)
-    now = [merged(builder, value.type, entry, value) for value in before]
-    again, *found = step(*now)
-    end = builder.basic_block
-    for value, following in zip(now, found, strict=True):
-        value.add_incoming(following, end)
-    builder.cbranch(again, begin, after)
-    builder.position_at_end(after)
-    last = [merged(builder, value.type, entry, value) for value in before]
-    for value, following in zip(last, found, strict=True):
-        value.add_incoming(following, end)
-    return last

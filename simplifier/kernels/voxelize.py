@@ -138,13 +138,21 @@ def _keeps_below(sides, low, high, strides, layers, limit):
 
 
 @inline_kernel
-def _all_marked(low, high, strides, touched):
-    for x in range(low[0], high[0] + 1):
-        for y in range(low[1], high[1] + 1):
-            for z in range(low[2], high[2] + 1):
-                if not touched[x * strides[0] + y * strides[1] + z * strides[2]]:
-                    return False
-    return True
+def _all_corners(low, high, strides, touched):
+    """Whether all corners of a box are set: of two voxels along an axis, or one, these are all.
+
+    Fine meshes mark a voxel many times over.  Eight looks cost less than a wrong guess of the
+    processor's at how many there are to look at.
+    """
+    place = np.uint64(low[0] * strides[0] + low[1] * strides[1] + low[2] * strides[2])
+    x = np.uint64((high[0] - low[0]) * strides[0])
+    y = np.uint64((high[1] - low[1]) * strides[1])
+    z = np.uint64((high[2] - low[2]) * strides[2])
+    near, far = place, place + x
+    return (
+        touched[near] & touched[near + z] & touched[near + y] & touched[near + y + z]
+        & touched[far] & touched[far + z] & touched[far + y] & touched[far + y + z]
+    )  # fmt: skip
 
 
 @inline_kernel
@@ -208,17 +216,14 @@ def mark_triangles(vertices, faces, origin, scale, begin, end, touched):
         x0, x1 = _span(p[0], q[0], r[0], sizes[0])
         y0, y1 = _span(p[1], q[1], r[1], sizes[1])
         z0, z1 = _span(p[2], q[2], r[2], sizes[2])
-        if x0 == x1 and y0 == y1 and z0 == z1:
-            flat[x0 * strides[0] + y0 * strides[1] + z0] = True
-            continue
         low, high = (x0, y0, z0), (x1, y1, z1)
-        if int(x0 == x1) + int(y0 == y1) + int(z0 == z1) == 2:
+        is_small = max(x1 - x0, y1 - y0, z1 - z0) <= 1
+        if is_small and _all_corners(low, high, strides, flat):
+            continue
+        if int(x0 == x1) + int(y0 == y1) + int(z0 == z1) >= 2:
             # One row of voxels: a connected set that spans the row's ends touches all of it.
             _mark_all(low, high, strides, flat)
-        elif (x1 - x0 + 1) * (y1 - y0 + 1) * (z1 - z0 + 1) > 8 or not _all_marked(
-            low, high, strides, flat
-        ):
-            # Fine meshes mark a voxel many times over; a look at eight is cheaper than the test.
+        else:
             w = _dominant(p, q, r)
             _mark_footprint(
                 _rotate(p, w), _rotate(q, w), _rotate(r, w),

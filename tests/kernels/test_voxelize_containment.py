@@ -41,12 +41,24 @@ def contained(triangle, voxels):
 
 
 def kept_to(triangle, layers, limit, size):
-    """As :func:`contained`, in cells of ``size`` voxels along each axis; ``triangle`` in voxels."""
-    cells = SIZE // size
+    """As :func:`contained`, in cells of ``size`` voxels along each axis; ``triangle`` in voxels.
+
+    There are cells on both sides of what is asked about.  Words of cells are asked for where they
+    are not known yet and where they are.
+    """
+    layers, corners = np.pad(layers, 2 * size), tuple(map(tuple, triangle / size + 2.0))
+    cells = len(layers) // size
     blocks = layers.reshape(cells, size, cells, size, cells, size)
-    barred = np.zeros((cells,) * 3 if size == 4 else (0, 0, 0), np.uint64)
-    room = (layers, blocks.min(axis=(1, 3, 5)), blocks.max(axis=(1, 3, 5)), limit, barred)
-    return is_contained(*(tuple(corner / size) for corner in triangle), room)
+    least, most = blocks.min(axis=(1, 3, 5)), blocks.max(axis=(1, 3, 5))
+    if size != 4:
+        return is_contained(*corners, (layers, least, most, limit, np.zeros((0, 0, 0), np.uint64)))
+    bits = (blocks > limit).transpose(0, 2, 4, 1, 3, 5).reshape(cells, cells, cells, 64)
+    known = np.packbits(bits, axis=-1, bitorder="little").view("<u8")[..., 0].astype(np.uint64)
+    found = np.zeros_like(known)
+    kept = is_contained(*corners, (layers, least, most, limit, found))
+    assert np.array_equal(found[found > 0], known[found > 0])
+    assert is_contained(*corners, (layers, least, most, limit, known)) == kept
+    return kept
 
 
 def marked(triangles, before=None):

@@ -15,31 +15,39 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.compiled.kernel import inner_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.edges import list_edges
 from simplifier.kernels.threads import run_chunks
+
+
+@inline_kernel
+def _within(points, index, low, step):
+    """A point in units of a cell."""
+    return (
+        (points[index, 0] - low[0]) / step,
+        (points[index, 1] - low[1]) / step,
+        (points[index, 2] - low[2]) / step,
+    )
 
 
 @kernel("float64[:, :], float64[:], float64, int32[:, :, :], float64[:, :], int32[:]")
 def gather_first(vertices, low, step, numbers, points, chosen):
     """Gather the first of ``vertices`` (n, 3) in each cell into ``points`` (n, 3); their number.
 
-    Cells are cubes of edge ``step`` from the corner ``low`` (3,) on; ``numbers`` (cx, cy, cz) int32
-    holds -1 for each at first.  ``chosen`` (n,) int32 tells the point of each vertex.
+    Cells are cubes of edge ``step`` from the corner ``low`` (3,) on; ``numbers`` (cx, cy, cz)
+    int32, zeros, becomes the point of each cell and one, which leaves memory of cells without any
+    untouched.  ``chosen`` (n,) int32 tells the point of each vertex.
     """
     count = 0
     for index in range(len(vertices)):
-        x = np.int64((vertices[index, 0] - low[0]) / step)
-        y = np.int64((vertices[index, 1] - low[1]) / step)
-        z = np.int64((vertices[index, 2] - low[2]) / step)
-        number = numbers[x, y, z]
-        if number < 0:
-            number = count
-            numbers[x, y, z] = number
+        x, y, z = _within(vertices, index, low, step)
+        x, y, z = np.int64(x), np.int64(y), np.int64(z)
+        if numbers[x, y, z] == 0:
             for axis in range(3):
-                points[number, axis] = vertices[index, axis]
+                points[count, axis] = vertices[index, axis]
             count += 1
-        chosen[index] = number
+            numbers[x, y, z] = count
+        chosen[index] = numbers[x, y, z] - 1
     return count
 
 
@@ -172,6 +180,8 @@ def border_places(faces: NDArray[np.int32], count: int) -> NDArray[np.bool_]:
 
 def crack_triangles(
     points: NDArray[np.float64],
+    low: NDArray[np.float64],
+    step: float,
     faces: NDArray[np.int32],
     chosen: NDArray[np.int32],
     numbers: NDArray[np.int32],
@@ -179,15 +189,19 @@ def crack_triangles(
 ) -> NDArray[np.int32]:
     """(k, 3) flat triangles over the T-junctions that moving opens; none where there are none.
 
-    ``points`` (n, 3) in units of a cell, none below 0, ``faces`` (m, 3).  Vertex i moves to the
-    place ``chosen[i]``, the same for all in a cell.  ``numbers`` (cx, cy, cz) holds the place of
-    each cell, and -1 where no vertex lies; ``border`` (places,) are the :func:`border_places` of
-    what is left then.  Edges within two neighbouring cells open none, nor does a vertex in the cell
-    of an end, nor an edge with an end that is on no border: where there is none at all, neither
-    are there such triangles, and looking for them takes time and room.
+    ``points`` (n, 3) lie in cells of edge ``step`` from the corner ``low`` (3,) on; ``faces``
+    (m, 3).  Vertex i moves to the place ``chosen[i]``, the same for all in a cell.  ``numbers``
+    (cx, cy, cz) holds the place of each cell and one, and 0 where no vertex lies; ``border``
+    (places,) are the :func:`border_places` of what is left then.  Edges within two neighbouring
+    cells open none, nor does a vertex in the cell of an end, nor an edge with an end that is on no
+    border: where there is none at all, neither are there such triangles, and looking for them takes
+    time and room.
     """
-    cells = points.astype(np.int32)
-    edges = _edges_passing(np.ascontiguousarray(faces), cells, border[chosen])
+    edges = _edges_passing(np.ascontiguousarray(faces), points, low, step, border[chosen])
+    if len(edges) == 0:
+        return np.empty((0, 3), dtype=np.int32)
+    ends = ((points[edges] - low) / step).astype(np.int32)
+    passed = np.abs(ends[:, 0] - ends[:, 1]).sum(axis=1) - 1  # cells between those of the ends
     starts = np.zeros(len(border) + 2, dtype=np.int32)
     held = np.empty(len(points), dtype=np.int32)
     sort_by_place(chosen, starts, held)
@@ -195,26 +209,28 @@ def crack_triangles(
 
     def find(begin: int, end: int) -> None:
         some = edges[begin:end]
-        rows = int(np.abs(cells[some[:, 0]] - cells[some[:, 1]]).sum()) - len(some)
-        triangles = np.empty((rows, 3), dtype=np.int32)
-        count = t_junctions(points, cells, some, numbers, starts, held, _ON_EDGE, triangles)
+        triangles = np.empty((int(passed[begin:end].sum()), 3), dtype=np.int32)
+        count = t_junctions(points, low, step, some, numbers, starts, held, _ON_EDGE, triangles)
         parts[begin] = triangles[:count]
 
     run_chunks(find, len(edges), least=_LEAST_EDGES)
-    nothing = np.empty((0, 3), dtype=np.int32)
-    return np.concatenate([nothing, *(parts[begin] for begin in sorted(parts))])
+    return np.concatenate([parts[begin] for begin in sorted(parts)])
 
 
 _LEAST_EDGES = 1024  # fewer are not worth a hand-over to another thread
 
 
 def _edges_passing(
-    faces: NDArray[np.int32], cells: NDArray[np.int32], ends: NDArray[np.bool_]
+    faces: NDArray[np.int32],
+    points: NDArray[np.float64],
+    low: NDArray[np.float64],
+    step: float,
+    ends: NDArray[np.bool_],
 ) -> NDArray[np.int32]:
     """(k, 2) the edges that pass a cell between their ends', each once, in order; ``ends`` (n,)
     tells of each vertex whether it may be one."""
     names = np.empty(faces.size, np.uint64)  # of which only what is written takes memory
-    count = passing_edges(faces, cells, ends, names)
+    count = passing_edges(faces, points, low, step, ends, names)
     # Sorted, not by np.unique: that goes by way of a table, which takes ten times as long.
     names = np.sort(names[:count])
     another = np.ones(count, dtype=np.bool_)
@@ -259,12 +275,12 @@ def sort_by_place(chosen, starts, held):
         starts[chosen[index] + 1] += 1
 
 
-@kernel("int32[:, :], int32[:, :], bool[:], uint64[:]")
-def passing_edges(faces, cells, ends, names):
+@kernel("int32[:, :], float64[:, :], float64[:], float64, bool[:], uint64[:]")
+def passing_edges(faces, points, low, step, ends, names):
     """Write the edges that pass a cell between their ends'; returns their number.
 
-    ``faces``  (m, 3) int32; ``cells`` (n, 3) int32 of the points, and ``ends`` (n,) bool whether
-               an edge may end there.
+    ``faces``  (m, 3) int32; ``points`` (n, 3) in cells of edge ``step`` from ``low`` on, and
+               ``ends`` (n,) bool whether an edge may end there.
     ``names``  (3 m,) uint64: the lower end times 2**32, and the other one.  An edge comes once a
                face.
     """
@@ -274,8 +290,10 @@ def passing_edges(faces, cells, ends, names):
             a, b = faces[face, k], faces[face, (k + 1) % 3]
             if not (ends[a] and ends[b]):
                 continue
-            way = abs(cells[a, 0] - cells[b, 0])
-            way += abs(cells[a, 1] - cells[b, 1]) + abs(cells[a, 2] - cells[b, 2])
+            x, y, z = _within(points, a, low, step)
+            u, v, w = _within(points, b, low, step)
+            way = abs(np.int64(x) - np.int64(u)) + abs(np.int64(y) - np.int64(v))
+            way += abs(np.int64(z) - np.int64(w))
             if way >= 2:
                 names[count] = np.uint64(min(a, b)) << np.uint64(32) | np.uint64(max(a, b))
                 count += 1
@@ -283,16 +301,16 @@ def passing_edges(faces, cells, ends, names):
 
 
 @kernel(
-    "float64[:, :], int32[:, :], int32[:, :], int32[:, :, :], int32[:], int32[:], float64, "
+    "float64[:, :], float64[:], float64, int32[:, :], int32[:, :, :], int32[:], int32[:], float64, "
     "int32[:, :]"
 )
-def t_junctions(points, cells, edges, numbers, starts, held, tolerance, triangles):
+def t_junctions(points, low, step, edges, numbers, starts, held, tolerance, triangles):
     """Write flat triangles between edges and the vertices on them; returns how many.
 
-    ``points``     (n, 3) float64 in cells of a grid.
-    ``cells``      (n, 3) int32: the cell of each point.
+    ``points``     (n, 3) float64 in cells of edge ``step`` from ``low`` (3,) on.
     ``edges``      (k, 2) int32: pairs of points.
-    ``numbers``    (cx, cy, cz) int32: of each cell the place that its points move to, or -1.
+    ``numbers``    (cx, cy, cz) int32: of each cell the place that its points move to, and one; 0
+                   where there are none.
     ``starts``, ``held``  (places + 2,) and (n,) int32: place p is that of the points
                    ``held[starts[p] : starts[p + 1]]``.
     ``tolerance``  cells; who is as near to the edge lies on it.
@@ -310,19 +328,20 @@ def t_junctions(points, cells, edges, numbers, starts, held, tolerance, triangle
     pace = np.empty(3)
     for edge in range(len(edges)):
         a, b = edges[edge, 0], edges[edge, 1]
+        begin, end = _within(points, a, low, step), _within(points, b, low, step)
         squared = 0.0
         for k in range(3):
-            way = points[b, k] - points[a, k]
+            way = end[k] - begin[k]
             squared += way * way
-            place[k] = cells[a, k]
-            ahead[k] = 1 if cells[b, k] > cells[a, k] else -1
-            left[k] = abs(cells[b, k] - cells[a, k])
+            place[k] = np.int64(begin[k])
+            ahead[k] = 1 if np.int64(end[k]) > place[k] else -1
+            left[k] = abs(np.int64(end[k]) - place[k])
             following[k] = np.inf
             pace[k] = 0.0
             if left[k] > 0:
                 pace[k] = 1.0 / abs(way)
                 wall = place[k] + 1 if ahead[k] > 0 else place[k]
-                following[k] = abs(wall - points[a, k]) * pace[k]
+                following[k] = abs(wall - begin[k]) * pace[k]
         before = a
         for _ in range(left[0] + left[1] + left[2] - 1):
             axis = -1
@@ -332,11 +351,12 @@ def t_junctions(points, cells, edges, numbers, starts, held, tolerance, triangle
             place[axis] += ahead[axis]
             left[axis] -= 1
             following[axis] += pace[axis]
-            number = numbers[place[0], place[1], place[2]]
+            number = numbers[place[0], place[1], place[2]] - 1
             if number < 0:
                 continue
             for index in range(starts[number], starts[number + 1]):
-                if _lies_on(points, held[index], a, b, squared, tolerance):
+                point = _within(points, held[index], low, step)
+                if _lies_on(point, begin, end, squared, tolerance):
                     triangles[count, 0] = before
                     triangles[count, 1] = held[index]
                     triangles[count, 2] = b
@@ -347,15 +367,15 @@ def t_junctions(points, cells, edges, numbers, starts, held, tolerance, triangle
 
 
 @inner_kernel
-def _lies_on(points, p, a, b, squared, tolerance):
+def _lies_on(p, a, b, squared, tolerance):
     """Whether a point is as near as the tolerance to the edge, between its ends."""
     along = 0.0
     for k in range(3):
-        along += (points[p, k] - points[a, k]) * (points[b, k] - points[a, k])
+        along += (p[k] - a[k]) * (b[k] - a[k])
     share = along / squared
     if not 0.0 < share < 1.0:
         return False
     off = 0.0
     for k in range(3):
-        off += (points[p, k] - points[a, k] - share * (points[b, k] - points[a, k])) ** 2
+        off += (p[k] - a[k] - share * (b[k] - a[k])) ** 2
     return off <= tolerance * tolerance

@@ -121,9 +121,9 @@ def cluster_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, I
         for axis, end in enumerate(np.nextafter(shape, 0.0)):
             # What rounding puts past the grid belongs to its last cells.
             np.clip(within[:, axis], 0.0, end, out=within[:, axis])
-        numbers = np.full(shape, -1, dtype=np.int32)
-        numbers[tuple(within.astype(np.int32).T)] = place
-        cracks = crack_triangles(within, mesh.faces, place, numbers, border)
+        numbers = np.zeros(shape, dtype=np.int32)
+        numbers[tuple(within.astype(np.int32).T)] = place + 1
+        cracks = crack_triangles(within, np.zeros(3), 1.0, mesh.faces, place, numbers, border)
         if len(cracks):
             a, b, c = (closing := place[cracks]).T
             closing = closing[(a != b) & (b != c) & (c != a)]

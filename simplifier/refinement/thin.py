@@ -28,7 +28,7 @@ def thinned(mesh: TriangleMesh) -> TriangleMesh:
         return mesh
     low, high = mesh.bounds
     step = float((high - low).max()) / CELLS
-    numbers = np.full(tuple(((high - low) / step).astype(np.int64) + 1), -1, dtype=np.int32)
+    numbers = np.zeros(((high - low) / step).astype(np.int64) + 1, dtype=np.int32)
     points, chosen = np.empty_like(vertices), np.empty(len(vertices), dtype=np.int32)
     count = gather_first(vertices, low, step, numbers, points, chosen)
     left = whole_faces(faces, chosen)
@@ -37,7 +37,5 @@ def thinned(mesh: TriangleMesh) -> TriangleMesh:
     cracks, border = np.empty((0, 3), dtype=np.int32), border_places(left, count)
     if border.any():
         # Slits of T-junctions would be looked through, and nothing behind them seems hidden.
-        placed = vertices - low
-        placed /= step
-        cracks = crack_triangles(placed, faces, chosen, numbers, border)
+        cracks = crack_triangles(vertices, low, step, faces, chosen, numbers, border)
     return TriangleMesh(points[:count].copy(), np.concatenate([left, chosen[cracks]]))

@@ -35,9 +35,10 @@ def cracks(points, faces):
     border = border_of(faces, chosen)
     if not border.any():
         return np.empty((0, 3), dtype=np.int32)
-    numbers = np.full(3 * [CELLS], -1, dtype=np.int32)
-    numbers[tuple(points.astype(np.int32).T)] = chosen
-    return crack_triangles(points, faces, chosen, numbers, border)
+    numbers = np.zeros(3 * [CELLS], dtype=np.int32)
+    numbers[tuple(points.astype(np.int32).T)] = chosen + 1
+    step = 0.25  # a power of two: no bit is lost
+    return crack_triangles(points * step, np.zeros(3), step, faces, chosen, numbers, border)
 
 
 def lies_on(p, a, b):

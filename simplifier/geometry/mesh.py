@@ -6,7 +6,7 @@ How far triangles reach out from the middle of their mesh; a few stray ones chan
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
@@ -26,6 +26,8 @@ FURTHEST = 2.0**24
 """Usual reaches.  A float32 that far out has no digit left for a length of the usual reach, so no
 program that stores float32 can have meant such a triangle to be of the same mesh as the others."""
 
+_ROWS = 1 << 14  # of three numbers: as many as a cache close to the processor holds
+
 
 @dataclass(frozen=True, eq=False)
 class Reach:
@@ -43,8 +45,9 @@ class Reach:
     def measure(cls, vertices: NDArray[np.float64], faces: NDArray[np.signedinteger]) -> Reach:
         """``vertices`` (n, 3) finite, ``faces`` (m, 3), at least one of each."""
         middle = np.array([_median(column) for column in vertices.T])
-        away = _highest(np.abs(c - m) for c, m in zip(vertices.T, middle, strict=True))
-        return cls(middle, _highest(away[corners] for corners in faces.T))
+        columns = list(zip(vertices.T, middle, strict=True))
+        away = _highest(len(vertices), lambda some: [np.abs(c[some] - m) for c, m in columns])
+        return cls(middle, _highest(len(faces), lambda some: np.take(away, faces[some]).T))
 
     @property
     def usual(self) -> float:
@@ -67,12 +70,16 @@ def _median(values: NDArray[np.float64]) -> float:
     return float((low + high) / 2.0)
 
 
-def _highest(arrays: Iterator[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Element by element, in the first of the arrays; only two of them are held at a time."""
-    most = next(arrays)
-    for other in arrays:
-        np.maximum(most, other, out=most)
-    return most
+def _highest(
+    count: int, numbers: Callable[[slice], Iterable[NDArray[np.float64]]]
+) -> NDArray[np.float64]:
+    """(count,) the highest of three ``numbers`` in each row; those of some rows at a time, which
+    stay in a cache until they are read again."""
+    found = np.empty(count)
+    for some in _blocks(count, _ROWS):
+        x, y, z = numbers(some)
+        np.maximum(np.maximum(x, y), z, out=found[some])
+    return found
 
 
 FloatArray = NDArray[np.float64]
@@ -247,10 +254,10 @@ def have_area(triangles: FloatArray) -> NDArray[np.bool_]:
     return np.asarray((cross_products(edges[:, 0], edges[:, 1]) != 0.0).any(axis=1))
 
 
-def _blocks(count: int) -> Iterator[slice]:
+def _blocks(count: int, size: int = _BLOCK) -> Iterator[slice]:
     """The range 0..count in pieces whose temporary arrays are small beside the mesh."""
-    for begin in range(0, count, _BLOCK):
-        yield slice(begin, min(begin + _BLOCK, count))
+    for begin in range(0, count, size):
+        yield slice(begin, min(begin + size, count))
 
 
 def _are_all_usable(points: FloatArray, indices: IndexArray) -> bool:

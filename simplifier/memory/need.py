@@ -76,7 +76,7 @@ _BLOCK = 40 * MIB  # of triangles that are checked at once, with their corners a
 
 _KERNELS = 25 * MIB  # compiled code of what makes an occluder, and small arrays
 _STARTS = 15 * MIB  # two decimations of at most 64 cells a side
-_CRACKS = 2 * 28 * MIB  # where the vertices of 192 cells a side begin, and who stands for them
+_CRACKS = 28 * MIB  # who stands for the vertices of each of 192 cells a side
 _DRAWING = 100 * MIB  # matplotlib, OpenCV and fonts; six views of 1024 x 1024 pixels
 _MASKS = 64 * MIB  # of views that are held at once; at least four
 _MASK_VIEWS = 4
@@ -206,8 +206,8 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
         allowed, growing = _fine_room(shape, options)
     # Placed vertices, the cell of each, and a copy of the faces.
     placing = (_VERTEX + 4) * size.vertices + _FACE * size.triangles
-    # Where there may be cracks: vertices in cells, these cells, their keys, and who is in each.
-    placing += (_VERTEX + 24 + 8 + 4) * size.vertices + _CRACKS
+    # Where there may be cracks: who is in each cell, where these begin, and who is on a border.
+    placing += (4 + 4 + 1) * size.vertices + _CRACKS
     fixed = _KERNELS + (_STARTS if options.refine.decimated else 0)
     if options.refine.moves == 0 and options.time_limit is None:
         return fixed + (0 if reach else growing)

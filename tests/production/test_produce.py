@@ -127,7 +127,8 @@ def test_a_cancel_while_refining_keeps_the_best_so_far():
 
     product = produced(box(), listen, stop, budget=11, moves=100_000_000)
     assert product.interrupted
-    assert product.warnings == ("interrupted: this is the best occluder so far",)
+    # What is found so soon may stick out too far, which is another warning.
+    assert product.warnings[0] == "interrupted: this is the best occluder so far"
     assert len(product.accuracies) == 1
     check_report(product.report())
 

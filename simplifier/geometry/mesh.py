@@ -49,7 +49,7 @@ class Reach:
         away = _highest(len(vertices), lambda some: [np.abs(c[some] - m) for c, m in columns])
         return cls(middle, _highest(len(faces), lambda some: np.take(away, faces[some]).T))
 
-    @property
+    @cached_property
     def usual(self) -> float:
         """Half of the triangles reach no further."""
         half = (len(self.of) - 1) // 2
@@ -202,11 +202,14 @@ class TriangleMesh:
                 remedy="check the export for NaN coordinates and collapsed faces",
             )
         points, corners = _of_used_vertices(points, indices, usable)
-        stray = Reach.measure(points, corners).stray
-        if stray.any():
+        reach = Reach.measure(points, corners)
+        if (stray := reach.stray).any():
             unusable["far_away"] = np.nonzero(usable)[0][stray]
             points, corners = _of_used_vertices(points, corners, ~stray)
-        return cls(points, corners, _count_dropped(unusable))
+            return cls(points, corners, _count_dropped(unusable))
+        mesh = cls(points, corners, _count_dropped(unusable))
+        mesh.__dict__["usual_reach"] = reach.usual  # is known now, and takes long of a large mesh
+        return mesh
 
     @cached_property
     def bounds(self) -> FloatArray:
@@ -216,6 +219,11 @@ class TriangleMesh:
         found = np.array([[c.min() for c in columns], [c.max() for c in columns]])
         found.setflags(write=False)
         return found
+
+    @cached_property
+    def usual_reach(self) -> float:
+        """:attr:`Reach.usual` of its triangles, world units."""
+        return Reach.measure(self.vertices, self.faces).usual
 
     @cached_property
     def extreme(self) -> IndexArray:

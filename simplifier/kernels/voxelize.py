@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
+from simplifier.kernels.threads import run_chunks
 
 ROOM = "(uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64, uint64[:, :, :])"
 """A room as :func:`is_contained` takes it, in words of a kernel's signature."""
@@ -12,6 +14,9 @@ ROOM = "(uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64, uint64[:, :, :])
 # A triangle that touches a voxel's face counts as inside on both sides of it.  Rounding of the
 # transform to grid space must not decide that, so "touches" means "comes within this", in voxels.
 _TOUCH = 1e-9
+
+_LEAST_WORK = 4096
+"""Triangles of a voxel, or voxels of larger ones, that are worth a hand-over to another thread."""
 
 _WORD = 4  # voxels of a cell along each axis, of which a word has a bit each
 
@@ -190,6 +195,23 @@ def _in_grid(vertices, index, origin, scale):
         (vertices[index, 0] - origin[0]) * scale,
         (vertices[index, 1] - origin[1]) * scale,
         (vertices[index, 2] - origin[2]) * scale,
+    )
+
+
+def mark_all_triangles(
+    vertices: NDArray[np.float64],
+    faces: NDArray[np.int32],
+    origin: NDArray[np.float64],
+    scale: float,
+    touched: NDArray[np.bool_],
+) -> None:
+    """:func:`mark_triangles` of all ``faces``, on all threads."""
+    a, b, c = touched.shape
+    each = 2 * (a * b + b * c + c * a) // len(faces)  # voxels to a triangle, of a box's surface
+    run_chunks(
+        lambda begin, end: mark_triangles(vertices, faces, origin, scale, begin, end, touched),
+        len(faces),
+        least=-(-_LEAST_WORK // (1 + each)),
     )
 
 

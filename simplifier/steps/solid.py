@@ -93,9 +93,8 @@ def solid_warnings(
     if dropped.total:
         noun = "triangle of the input was" if dropped.total == 1 else "triangles of the input were"
         warnings.append(f"{dropped.total} unusable {noun} left out: {dropped}; check the export")
-    reach = Reach.measure(mesh.vertices, mesh.faces)
-    if reach.usual < solid.touched.cell_size:
-        warnings.append(_stretched_warning(mesh, reach, solid))
+    if mesh.usual_reach < solid.touched.cell_size:
+        warnings.append(_stretched_warning(mesh, solid))
     if options.viewers == "inside" and solid.opened == 0:
         warnings.append(
             f"viewers inside, with eyes {options.eye_height:g} units above a floor, see no more"
@@ -144,8 +143,9 @@ _CLOSED_BY = {
 }
 
 
-def _stretched_warning(mesh: TriangleMesh, reach: Reach, solid: Solid) -> str:
+def _stretched_warning(mesh: TriangleMesh, solid: Solid) -> str:
     """That a few far triangles leave nearly no voxels for the others."""
+    reach = Reach.measure(mesh.vertices, mesh.faces)
     corners = mesh.vertices[mesh.faces[reach.of.argmax()]]
     furthest = corners[np.abs(corners - reach.middle).max(axis=1).argmax()]
     return (

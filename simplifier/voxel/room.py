@@ -20,14 +20,12 @@ from simplifier.kernels.room import (
     take_sides,
 )
 from simplifier.kernels.threads import run_chunks
-from simplifier.kernels.voxelize import mark_triangles
+from simplifier.kernels.voxelize import mark_all_triangles
 from simplifier.voxel.core import barred_voxels
 from simplifier.voxel.morphology import dilate
 
 _STEPS = ((False, 1.0), (True, math.sqrt(3.0)), (False, 1.0))
 """Whether a layer goes across corners, and how far it goes then, in voxels; in turn."""
-
-_LEAST_TRIANGLES = 4096  # fewer are not worth a hand-over to another thread
 
 
 def coarse_room(
@@ -63,13 +61,7 @@ def make_room(mesh: TriangleMesh, solid: Solid, size: int, far: float = math.sqr
     layers = np.zeros([size * length for length in touched.shape], dtype=np.uint8)
     origin = solid.touched.origin - margin * solid.touched.cell_size
     scale, surface = size / solid.touched.cell_size, layers.view(np.bool_)
-    run_chunks(
-        lambda begin, end: mark_triangles(
-            mesh.vertices, mesh.faces, origin, scale, begin, end, surface
-        ),
-        len(mesh.faces),
-        least=_LEAST_TRIANGLES,
-    )
+    mark_all_triangles(mesh.vertices, mesh.faces, origin, scale, surface)
     run_chunks(lambda begin, end: sort_cells(touched, filled, begin, end, layers), len(touched))
     take_sides(touched, layers)
     for layer in range(SURFACE + 1, len(reaches)):  # none where the solid is kept wholly inside

@@ -6,10 +6,7 @@ import numpy as np
 
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.solid import VoxelGrid, cells_of
-from simplifier.kernels.threads import run_chunks
-from simplifier.kernels.voxelize import mark_triangles
-
-_LEAST_TRIANGLES = 4096  # fewer are not worth a hand-over to another thread
+from simplifier.kernels.voxelize import mark_all_triangles
 
 
 def voxelize(mesh: TriangleMesh, resolution: int) -> VoxelGrid:
@@ -28,11 +25,5 @@ def voxelize(mesh: TriangleMesh, resolution: int) -> VoxelGrid:
     origin = low - (cells * cell_size - (high - low)) / 2.0
     scale = 1.0 / cell_size
     touched = np.zeros(tuple(cells), dtype=np.bool_)
-    run_chunks(
-        lambda begin, end: mark_triangles(
-            mesh.vertices, mesh.faces, origin, scale, begin, end, touched
-        ),
-        len(mesh.faces),
-        least=_LEAST_TRIANGLES,
-    )
+    mark_all_triangles(mesh.vertices, mesh.faces, origin, scale, touched)
     return VoxelGrid(touched, origin, cell_size)

@@ -192,6 +192,16 @@ def test_the_middle_is_the_median(count):
     assert np.array_equal(middle, np.median(points, axis=0))
 
 
+@pytest.mark.parametrize("far", [None, 1e20])
+def test_the_usual_reach_is_that_of_the_triangles_that_are_kept(far):
+    points = sphere_points()
+    if far is not None:
+        points[0, 1] = far
+    mesh = TriangleMesh.from_soup(points, SPHERE)
+    assert (mesh.dropped.far_away > 0) == (far is not None)
+    assert mesh.usual_reach == Reach.measure(mesh.vertices, mesh.faces).usual
+
+
 def test_counts_add_up():
     total = DroppedTriangles(1, 2, 3, 4) + DroppedTriangles(10, 20, 30, 40)
     assert total == DroppedTriangles(11, 22, 33, 44)

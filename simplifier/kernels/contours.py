@@ -18,11 +18,13 @@ one view after the other, since the sums of many views would not fit in a cache.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import lowest_one
+from simplifier.kernels.compiled.intrinsic import intrinsic
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.coverage import MaskArray, views_at_a_time
 from simplifier.kernels.edges import list_edges
@@ -34,6 +36,7 @@ _OPEN_SHARE = 0.125  # of the edges: more of them cost what they save
 _WORDS = 64  # of 64 edges each at a time
 _EDGES = 256  # of a view at a time
 _LISTED = 1 << 16  # crossings of a view; where there are more, its edges are read again
+_NO_ROOM, _COUNT = np.uint64(1 << 33), np.uint64(0xFFFFFFFF)
 _EDGE_ON = 1e-4  # of the square of the longest edge: below that, twice the area counts as none
 _NEAR = 1e-5  # pixels: rounding moves a crossing by 1e-7 at most where a triangle ends
 _FAR = 1e4  # pixels: up to there it does
@@ -296,8 +299,7 @@ def list_crossings(
     """
     words = (len(edges) + 63) >> 6
     own, other = np.zeros((_WORDS, 64), np.uint64), np.zeros((_WORDS, 64), np.uint64)
-    some, count = np.empty(_EDGES, np.int32), 0
-    points, rows = np.empty((4, _EDGES)), np.empty((2, _EDGES), np.int32)
+    some, count, numbers = np.empty(_EDGES + 8, np.int32), 0, np.empty(10)
     used[begin:end] = 0
     for first in range(0, words, _WORDS):
         there = min(_WORDS, words - first)
@@ -316,8 +318,8 @@ def list_crossings(
                     count += 1
                 if count > _EDGES - 64 or (word + 1 == there and count > 0):
                     used[view], near = _list_some(
-                        vertices, edges, some[:count], projections[view], turned[view], points,
-                        rows, lists[view], used[view], counts, end - begin == 1,
+                        vertices, edges, some, count, projections[view], turned[view], numbers,
+                        lists[view], used[view], counts, end - begin == 1,
                     )  # fmt: skip
                     unsure[view] |= near
                     count = 0
@@ -344,55 +346,79 @@ def _turn_contour(edges, bits, first, own, other):
         transpose(other)
 
 
+def _write_list_eight(builder: Any, *given: Any) -> Any:
+    from simplifier.kernels.compiled.crossings import write_list_eight  # with llvmlite
+
+    return write_list_eight(builder, _NEAR, _FAR, *given)
+
+
+@intrinsic(_write_list_eight)
+def list_eight(vertices, edges, some, begin, left, view, turned, crossings, room, used):
+    """List where eight edges cross rows behind ``used`` others.
+
+    ``some``   int32, of which those from ``begin`` on are looked at, ``left`` of them at most: an
+               edge, its bits turned over where the triangle that it runs along has no bit.
+    ``view``   (10,) float64: the two rows of a projection to pixels whose centres are whole
+               numbers, and how many columns and rows there are.
+    ``turned``, ``crossings``  as of :func:`list_crossings`, of one view; ``room`` how many there is
+               room for.  Up to eight behind the last one are overwritten.
+
+    Returns, as a uint64, how many are listed now, and bit 32 where rounding matters; or bit 33
+    alone, and lists none, where there is not room enough.
+    """
+    a, b, c, d, e, f, g, h, columns, height = view
+    ends, unsure = [], False
+    for named in some[begin : begin + min(left, 8)]:
+        i, j = edges[named ^ (named >> 31)][:2]
+        (x, y, z), (u, v, w) = vertices[i], vertices[j]
+        low_x, low_y = a * x + b * y + c * z + d, e * x + f * y + g * z + h
+        high_x, high_y = a * u + b * v + c * w + d, e * u + f * v + g * w + h
+        first, last = _cell(low_y, height), _cell(high_y, height)
+        less = (named >> 31) ^ -int(turned)
+        if first < last:
+            ends.append((first, last, ~less, low_x, low_y, high_x, high_y))
+        elif first > last:
+            ends.append((last, first, less, high_x, high_y, low_x, low_y))
+        if first != last:
+            unsure |= bool(_on_centre(low_x, low_y) | _on_centre(high_x, high_y))
+    if used + sum(last - first for first, last, *_ in ends) + 8 > room:
+        return np.uint64(1 << 33)
+    for step in range(max((last - first for first, last, *_ in ends), default=0)):
+        for first, last, less, low_x, low_y, high_x, high_y in ends:
+            row = first + step
+            if row < last:
+                x = low_x + (row - low_y) / (high_y - low_y) * (high_x - low_x)
+                crossings[used] = (_cell(x, columns) * int(height) + row) ^ less
+                used += 1
+    return np.uint64(int(used) | unsure << 32)
+
+
 @inner_kernel
 def _list_some(
-    vertices, edges, some, projection, turned, points, rows, crossings, used, counts, alone
+    vertices, edges, some, count, projection, turned, view, crossings, used, counts, alone
 ):
-    """(used, unsure) of a view after ``some`` (k,) int32 edges, turned over where the triangle
-    that they run along has no bit.
-
-    What is fetched comes first and what branches last, so that no guess of the processor's waits
-    for memory; ``points`` (4, k) and ``rows`` (2, k) are scratch.
-    """
-    columns, height = float(counts.shape[0] - 1), float(counts.shape[1])
-    a, b, c, d = projection[0]
-    e, f, g, h = projection[1]
-    d -= 0.5
-    h -= 0.5
-    for place in range(len(some)):
-        edge = some[place] ^ (some[place] >> 31)
-        i, j = edges[edge, 0], edges[edge, 1]
-        x, y, z = vertices[i, 0], vertices[i, 1], vertices[i, 2]
-        u, v, w = vertices[j, 0], vertices[j, 1], vertices[j, 2]
-        # Bit for bit as :func:`~simplifier.kernels.coverage.project`.
-        points[0, place], points[1, place] = a * x + b * y + c * z + d, e * x + f * y + g * z + h
-        points[2, place], points[3, place] = a * u + b * v + c * w + d, e * u + f * v + g * w + h
-    unsure = False
-    for place in range(len(some)):
-        low_x, low_y, high_x, high_y = points[:, place]
-        rows[0, place], rows[1, place] = _cell(low_y, height), _cell(high_y, height)
-        near = _on_centre(low_x, low_y) | _on_centre(high_x, high_y)
-        unsure |= near & (rows[0, place] != rows[1, place])
-    for place in range(len(some)):
-        begin, end = rows[0, place], rows[1, place]
-        if begin == end:
-            continue
-        low_x, low_y, high_x, high_y = points[:, place]
-        less = (some[place] >> 31) ^ -np.int32(turned)
-        if begin < end:
-            less = ~less
-        else:
-            begin, end = end, begin
-            low_x, low_y, high_x, high_y = high_x, high_y, low_x, low_y
-        if used + (end - begin) > len(crossings):
+    """(used, unsure) of a view after ``count`` edges of ``some``; ``view`` (10,) is scratch."""
+    for k in range(4):
+        view[k], view[4 + k] = projection[0, k], projection[1, k]
+    view[3] -= 0.5
+    view[7] -= 0.5
+    view[8], view[9] = float(counts.shape[0] - 1), float(counts.shape[1])
+    some[count : count + 8] = some[0]  # is not looked at, but what it names is fetched
+    unsure, begin = False, 0
+    while begin < count:
+        found = list_eight(
+            vertices, edges, some, begin, count - begin, view, np.int64(turned), crossings,
+            len(crossings), used,
+        )  # fmt: skip
+        if found == _NO_ROOM:
             if not alone:
                 return -1, unsure
             add_crossings(crossings[:used], counts)
             used = 0
-        for row in range(begin, end):
-            x = low_x + (row - low_y) / (high_y - low_y) * (high_x - low_x)
-            crossings[used] = (_cell(x, columns) * counts.shape[1] + row) ^ less
-            used += 1
+            continue
+        used = np.int64(found & _COUNT)
+        unsure |= found > _COUNT
+        begin += 8
     return used, unsure
 
 
@@ -461,7 +487,7 @@ def draw_contours(
     """
     front, back = np.zeros(len(faces) + 1, np.uint64), np.zeros(len(faces) + 1, np.uint64)
     counts = np.zeros((columns + 1, masks.shape[1]), np.int32)
-    lists, used, unsure = contour_lists(batch)
+    lists, used, unsure = contour_lists(batch, masks.shape[1])
     for first in range(begin, end, batch):
         last = min(first + batch, end)
         fill_sides(planes, axes[first:last], front, back)
@@ -484,9 +510,9 @@ def draw_contours(
 
 
 @inner_kernel
-def contour_lists(views):
+def contour_lists(views, rows):
     """What :func:`draw_contour` needs for so many: ``lists``, ``used`` and ``unsure``."""
-    lists = np.empty((views, _LISTED), np.int32)
+    lists = np.empty((views, max(_LISTED, 8 * rows + 8)), np.int32)  # for any eight edges
     return lists, np.empty(views, np.int64), np.empty(views, np.bool_)
 
 

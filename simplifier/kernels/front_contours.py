@@ -121,7 +121,7 @@ def count_fronts(
     waiting, settled = np.empty_like(hidden), np.empty_like(hidden)
     seen = np.zeros((image, across), np.uint64)
     counts = np.zeros((image + 1, image), np.int32)
-    lists, used, unsure = contour_lists(batch)
+    lists, used, unsure = contour_lists(batch, image)
     maps = np.empty((batch, 3, 5), np.float32)
     for first in range(begin, end, batch):
         last = min(first + batch, end)

@@ -11,7 +11,7 @@ from simplifier.kernels.compiled.control import repeat
 from simplifier.kernels.compiled.lanes import (
     CELL,
     WORD,
-    compressed,
+    append,
     constant,
     flags_of,
     gathered,
@@ -21,7 +21,6 @@ from simplifier.kernels.compiled.lanes import (
     spread,
     word_of,
 )
-from simplifier.kernels.compiled.processors import Processor
 
 LANES = 16
 _CELLS = ir.VectorType(CELL, LANES)
@@ -44,7 +43,7 @@ def write_list_pictured(
             builder.icmp_unsigned("!=", columns, constant(_CELLS, 0)),
             builder.icmp_unsigned(">", differ, constant(_CELLS, 0xFFFF)),
         )
-        count = _append(builder, [*corners, p, q, r], pictured, listed, count, stride)
+        count = append(builder, [*corners, p, q, r], pictured, listed, count, stride)
     return count
 
 
@@ -90,7 +89,7 @@ def write_list_bare(
 
     begun = [constant(_CELLS, 0), first, small, _NEITHER]
     *_, lacking = repeat(builder, _is_any(builder, small), begun, look)
-    count = _append(builder, rows, lacking, bare, count, stride)
+    count = append(builder, rows, lacking, bare, count, stride)
     large = word_of(builder, builder.xor(small, _EACH))
     return builder.or_(count, builder.shl(large, WORD(32)))
 
@@ -139,40 +138,3 @@ def _modulo_64(builder: Any, numbers: Any) -> Any:
 
 def _is_any(builder: Any, flags: Any) -> Any:
     return builder.icmp_unsigned("!=", word_of(builder, flags), WORD(0))
-
-
-def _append(
-    builder: Any, rows: Sequence[Any], flags: Any, listed: Any, count: Any, stride: int
-) -> Any:
-    """Write the lanes with a flag behind ``count`` others; the new count.  Up to 16 numbers behind
-    the last one are written, too."""
-    if not Processor.chosen().has_wide_registers:
-        return _append_one_by_one(builder, rows, flags, listed, count, stride)
-    for row, values in enumerate(rows):
-        place = builder.gep(listed, [builder.add(count, WORD(stride * row))])
-        kept = compressed(builder, values, flags)
-        builder.store(kept, builder.bitcast(place, _CELLS.as_pointer()), align=4)
-    return builder.add(count, builder.ctpop(word_of(builder, flags)))
-
-
-def _append_one_by_one(
-    builder: Any, rows: Sequence[Any], flags: Any, listed: Any, count: Any, stride: int
-) -> Any:
-    """Where no instruction moves lanes next to each other: what stands for it takes twice as
-    long."""
-    with builder.goto_entry_block():
-        scratch = builder.alloca(_CELLS, size=len(rows))
-    for row, values in enumerate(rows):
-        builder.store(values, builder.gep(scratch, [WORD(row)]))
-    numbers = builder.bitcast(scratch, CELL.as_pointer())
-
-    def copy(left: Any, count: Any) -> Sequence[Any]:
-        lane = builder.cttz(left, ir.IntType(1)(1))
-        for row in range(len(rows)):
-            number = builder.load(builder.gep(numbers, [builder.add(lane, WORD(LANES * row))]))
-            builder.store(number, builder.gep(listed, [builder.add(count, WORD(stride * row))]))
-        left = builder.and_(left, builder.sub(left, WORD(1)))
-        return builder.icmp_unsigned("!=", left, WORD(0)), left, builder.add(count, WORD(1))
-
-    some = word_of(builder, flags)
-    return repeat(builder, builder.icmp_unsigned("!=", some, WORD(0)), [some, count], copy)[1]

@@ -3,9 +3,13 @@ those of some lanes alone."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import llvmlite.ir as ir
+
+from simplifier.kernels.compiled.control import repeat
+from simplifier.kernels.compiled.processors import Processor
 
 BIT, CELL, WORD, NUMBER = ir.IntType(1), ir.IntType(32), ir.IntType(64), ir.DoubleType()
 
@@ -51,10 +55,47 @@ def gathered(
     return _call(builder, name, kind, places, CELL(align), some, otherwise)
 
 
-def compressed(builder: Any, values: Any, flags: Any) -> Any:
-    """Those of the lanes with a flag first, the others undefined."""
-    undefined = ir.Constant(values.type, ir.Undefined)
-    return call(builder, "experimental.vector.compress", values.type, values, flags, undefined)
+def append(
+    builder: Any, rows: Sequence[Any], flags: Any, listed: Any, count: Any, stride: int = 0
+) -> Any:
+    """Write the lanes with a flag behind ``count`` others; the new count.
+
+    ``rows`` are vectors of one kind; the list of the next one is ``stride`` numbers further on.  As
+    many numbers as there are lanes are written at most, whatever the flags.
+    """
+    if not Processor.chosen().has_wide_registers:
+        return _append_one_by_one(builder, rows, flags, listed, count, stride)
+    for row, values in enumerate(rows):
+        place = builder.gep(listed, [builder.add(count, WORD(stride * row))])
+        undefined = ir.Constant(values.type, ir.Undefined)
+        name = "experimental.vector.compress"
+        kept = call(builder, name, values.type, values, flags, undefined)
+        builder.store(kept, builder.bitcast(place, values.type.as_pointer()), align=4)
+    return builder.add(count, builder.ctpop(word_of(builder, flags)))
+
+
+def _append_one_by_one(
+    builder: Any, rows: Sequence[Any], flags: Any, listed: Any, count: Any, stride: int
+) -> Any:
+    """Where no instruction moves lanes next to each other: what stands for it takes twice as
+    long."""
+    kind = rows[0].type
+    with builder.goto_entry_block():
+        scratch = builder.alloca(kind, size=len(rows))
+    for row, values in enumerate(rows):
+        builder.store(values, builder.gep(scratch, [WORD(row)]))
+    numbers = builder.bitcast(scratch, kind.element.as_pointer())
+
+    def copy(left: Any, count: Any) -> Sequence[Any]:
+        lane = builder.cttz(left, BIT(1))
+        for row in range(len(rows)):
+            number = builder.load(builder.gep(numbers, [builder.add(lane, WORD(kind.count * row))]))
+            builder.store(number, builder.gep(listed, [builder.add(count, WORD(stride * row))]))
+        left = builder.and_(left, builder.sub(left, WORD(1)))
+        return builder.icmp_unsigned("!=", left, WORD(0)), left, builder.add(count, WORD(1))
+
+    some = word_of(builder, flags)
+    return repeat(builder, builder.icmp_unsigned("!=", some, WORD(0)), [some, count], copy)[1]
 
 
 def least(builder: Any, *values: Any) -> Any:

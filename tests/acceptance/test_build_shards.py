@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import signal
 import subprocess
 import xml.etree.ElementTree as ET
 
@@ -49,6 +50,7 @@ def test_shards_of_a_farm_make_what_one_build_makes(folder, tmp_path, here):
 
     with start(folder, "--shard", "1/3", "--at-once", "1") as killed:
         until(lambda: record.exists() and json.loads(record.read_text())["assets"], 60.0)
+        killed.send_signal(signal.SIGSTOP)  # else it may have come to its end by then
         refused = here("build", cwd=folder)
         assert refused.returncode == 1
         assert "another build of this folder is running; wait for its end" in refused.stderr

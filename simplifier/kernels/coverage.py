@@ -31,10 +31,10 @@ LARGEST_IMAGE = 65535
 
 _PLAIN: Sequence[Literal["C", "W", "A"]] = ("C", "W", "A")
 
-_LEAST_VIEWS = 64
+_LEAST_VIEWS = 48
 """Of a pixel for each triangle, in which a mesh is drawn by its contour: so many pay for its table
-of edges.  More pixels make triangles dearer; of a few, most triangles lie between them, and each
-tells as soon as its edges do."""
+of edges.  A smooth mesh has few edges in its contours and asks for 15, one of many parts for 64.
+More pixels make triangles dearer; of a few, most triangles lie between them."""
 
 MOST_FACES = 1 << 21
 """Of a mesh that is: the table takes 120 bytes a triangle while it is made."""

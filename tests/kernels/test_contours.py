@@ -138,9 +138,9 @@ def test_the_order_of_triangles_and_vertices_does_not_matter():
 @pytest.mark.parametrize(
     ("faces", "views", "pixels", "expected"),
     [
-        (4096, 64, 4096, True), (4096, 63, 4096, False),  # a pixel a triangle
-        (65_536, 256, 4096, True), (65_536, 255, 4096, False),  # most lie between pixels
-        (4096, 16, 65_536, True), (4096, 15, 65_536, False),  # all are drawn
+        (4096, 48, 4096, True), (4096, 47, 4096, False),  # a pixel a triangle
+        (65_536, 192, 4096, True), (65_536, 191, 4096, False),  # most lie between pixels
+        (4096, 12, 65_536, True), (4096, 11, 65_536, False),  # all are drawn
         (4096, 10_000, 131_073, False), (1 << 22, 10_000, 1 << 22, False),  # at all
     ],
 )  # fmt: skip

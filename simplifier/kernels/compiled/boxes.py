@@ -16,8 +16,10 @@ from simplifier.kernels.compiled.lanes import (
     flags_of,
     gathered,
     greatest,
+    is_set,
     least,
     loaded,
+    loaded_rows,
     spread,
     word_of,
 )
@@ -52,10 +54,7 @@ def write_list_bare(
     bare: Any, count: Any,
 ) -> Any:  # fmt: skip
     """As :func:`~..faces.list_bare` says."""
-    rows = [
-        loaded(builder, _CELLS, builder.gep(listed, [builder.add(begin, WORD(stride * row))]))
-        for row in range(6)
-    ]
+    rows = loaded_rows(builder, _CELLS, listed, begin, stride, 6)
     bottom, top, left, right = _box(builder, rows[3:])
     window = write_window(builder, left, spread(builder, builder.trunc(words, CELL), _CELLS))
     height = builder.sub(top, bottom)
@@ -85,10 +84,10 @@ def write_list_bare(
         row = builder.add(row, constant(_CELLS, 1))
         more = builder.and_(builder.icmp_unsigned("<", row, height), builder.xor(missing, _EACH))
         asked = builder.and_(asked, more)
-        return _is_any(builder, asked), row, builder.add(place, step), asked, lacking
+        return is_set(builder, asked), row, builder.add(place, step), asked, lacking
 
     begun = [constant(_CELLS, 0), first, small, _NEITHER]
-    *_, lacking = repeat(builder, _is_any(builder, small), begun, look)
+    *_, lacking = repeat(builder, is_set(builder, small), begun, look)
     count = append(builder, rows, lacking, bare, count, stride)
     large = word_of(builder, builder.xor(small, _EACH))
     return builder.or_(count, builder.shl(large, WORD(32)))
@@ -134,7 +133,3 @@ def _box(builder: Any, cells: Sequence[Any]) -> Sequence[Any]:
 def _modulo_64(builder: Any, numbers: Any) -> Any:
     """What a shift may take: lanes that no one looks at have any number."""
     return builder.and_(numbers, constant(_CELLS, 63))
-
-
-def _is_any(builder: Any, flags: Any) -> Any:
-    return builder.icmp_unsigned("!=", word_of(builder, flags), WORD(0))

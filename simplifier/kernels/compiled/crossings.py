@@ -8,25 +8,25 @@ from typing import Any
 import llvmlite.ir as ir
 
 from simplifier.kernels.compiled.control import repeat
+from simplifier.kernels.compiled.edges import cell_of, crossing
 from simplifier.kernels.compiled.lanes import (
     CELL,
-    NUMBER,
+    CELLS,
+    LANES,
+    NUMBERS,
     WORD,
+    WORDS,
     append,
     call,
     constant,
     gathered,
     greatest,
+    is_set,
     least,
     loaded,
     spread,
-    word_of,
 )
 
-LANES = 8
-_CELLS = ir.VectorType(CELL, LANES)
-_WORDS = ir.VectorType(WORD, LANES)
-_NUMBERS = ir.VectorType(NUMBER, LANES)
 _POINT = 24  # bytes
 _EDGE = 16
 
@@ -37,29 +37,29 @@ def write_list_eight(
 ) -> Any:  # fmt: skip
     """As :func:`~..contours.list_eight` says; ``near`` and ``far`` in pixels."""
     numbers = [
-        spread(builder, builder.load(builder.gep(view, [WORD(place)])), _NUMBERS)
+        spread(builder, builder.load(builder.gep(view, [WORD(place)])), NUMBERS)
         for place in range(10)
     ]
     columns, height = numbers[8:]
-    named = loaded(builder, _CELLS, builder.gep(some, [begin]))
-    turn = builder.ashr(named, constant(_CELLS, 31))
-    edge = builder.zext(builder.xor(named, turn), _WORDS)
-    ends = gathered(builder, _WORDS, edges, builder.mul(edge, constant(_WORDS, _EDGE)))
+    named = loaded(builder, CELLS, builder.gep(some, [begin]))
+    turn = builder.ashr(named, constant(CELLS, 31))
+    edge = builder.zext(builder.xor(named, turn), WORDS)
+    ends = gathered(builder, WORDS, edges, builder.mul(edge, constant(WORDS, _EDGE)))
     low, high = (
         _projected(builder, vertices, vertex, numbers)
         for vertex in (
-            builder.and_(ends, constant(_WORDS, 0xFFFFFFFF)),
-            builder.lshr(ends, constant(_WORDS, 32)),
+            builder.and_(ends, constant(WORDS, 0xFFFFFFFF)),
+            builder.lshr(ends, constant(WORDS, 32)),
         )
     )
-    first, last = (_cell(builder, y, height) for _, y in (low, high))
-    lanes = ir.Constant(_WORDS, list(range(LANES)))
+    first, last = (cell_of(builder, y, height) for _, y in (low, high))
+    lanes = ir.Constant(WORDS, list(range(LANES)))
     crosses = builder.and_(
-        builder.icmp_unsigned("<", lanes, spread(builder, left, _WORDS)),
+        builder.icmp_unsigned("<", lanes, spread(builder, left, WORDS)),
         builder.icmp_unsigned("!=", first, last),
     )
     close = builder.or_(*(_on_centre(builder, x, y, near, far) for x, y in (low, high)))
-    unsure = word_of(builder, builder.and_(crosses, close))
+    unsure = builder.and_(crosses, close)
 
     falls = builder.icmp_unsigned(">", first, last)
     (low_x, low_y), (high_x, high_y) = (
@@ -68,38 +68,36 @@ def write_list_eight(
     )
     begins, end = least(builder, first, last), greatest(builder, first, last)
     less = builder.xor(
-        turn, spread(builder, builder.sub(CELL(0), builder.trunc(turned, CELL)), _CELLS)
+        turn, spread(builder, builder.sub(CELL(0), builder.trunc(turned, CELL)), CELLS)
     )
-    less = builder.xor(less, builder.select(falls, constant(_CELLS, 0), constant(_CELLS, -1)))
-    rows = spread(builder, builder.fptosi(builder.load(builder.gep(view, [WORD(9)])), CELL), _CELLS)
+    less = builder.xor(less, builder.select(falls, constant(CELLS, 0), constant(CELLS, -1)))
+    rows = spread(builder, builder.fptosi(builder.load(builder.gep(view, [WORD(9)])), CELL), CELLS)
 
-    lengths = builder.select(crosses, builder.sub(end, begins), constant(_CELLS, 0))
+    lengths = builder.select(crosses, builder.sub(end, begins), constant(CELLS, 0))
     total = builder.zext(call(builder, "vector.reduce.add", CELL, lengths), WORD)
     needed = builder.add(builder.add(used, total), WORD(LANES))
     fits = builder.icmp_unsigned("<=", needed, room)
 
     def cross(row: Any, y: Any, active: Any, count: Any) -> Sequence[Any]:
-        share = builder.fdiv(builder.fsub(y, low_y), builder.fsub(high_y, low_y))
-        x = builder.fadd(low_x, builder.fmul(share, builder.fsub(high_x, low_x)))
-        place = builder.add(builder.mul(_cell(builder, x, columns), rows), row)
+        x = crossing(builder, low_x, low_y, high_x, high_y, y)
+        place = builder.add(builder.mul(cell_of(builder, x, columns), rows), row)
         count = append(builder, [builder.xor(place, less)], active, crossings, count)
-        row = builder.add(row, constant(_CELLS, 1))
+        row = builder.add(row, constant(CELLS, 1))
         active = builder.and_(active, builder.icmp_unsigned("<", row, end))
-        again = builder.icmp_unsigned("!=", word_of(builder, active), WORD(0))
-        return again, row, builder.fadd(y, constant(_NUMBERS, 1.0)), active, count
+        height = builder.fadd(y, constant(NUMBERS, 1.0))
+        return is_set(builder, active), row, height, active, count
 
-    some_cross = builder.icmp_unsigned("!=", word_of(builder, crosses), WORD(0))
-    begun = [begins, builder.uitofp(begins, _NUMBERS), crosses, used]
-    *_, count = repeat(builder, builder.and_(fits, some_cross), begun, cross)
-    told = builder.select(builder.icmp_unsigned("!=", unsure, WORD(0)), WORD(1 << 32), WORD(0))
+    begun = [begins, builder.uitofp(begins, NUMBERS), crosses, used]
+    *_, count = repeat(builder, builder.and_(fits, is_set(builder, crosses)), begun, cross)
+    told = builder.select(is_set(builder, unsure), WORD(1 << 32), WORD(0))
     return builder.select(fits, builder.or_(count, told), WORD(1 << 33))
 
 
 def _projected(builder: Any, vertices: Any, vertex: Any, numbers: Sequence[Any]) -> Sequence[Any]:
     """Image coordinates of vertices, bit for bit as :func:`~..faces.project`."""
-    place = builder.mul(vertex, constant(_WORDS, _POINT))
+    place = builder.mul(vertex, constant(WORDS, _POINT))
     x, y, z = (
-        gathered(builder, _NUMBERS, vertices, builder.add(place, constant(_WORDS, behind)), align=8)
+        gathered(builder, NUMBERS, vertices, builder.add(place, constant(WORDS, behind)), align=8)
         for behind in (0, 8, 16)
     )
     return [
@@ -111,25 +109,19 @@ def _projected(builder: Any, vertices: Any, vertex: Any, numbers: Sequence[Any])
     ]
 
 
-def _cell(builder: Any, value: Any, count: Any) -> Any:
-    """As :func:`~..contours._cell`."""
-    inside = least(builder, greatest(builder, value, constant(_NUMBERS, 0.0)), count)
-    return builder.fptosi(call(builder, "ceil", _NUMBERS, inside), _CELLS)
-
-
 def _on_centre(builder: Any, x: Any, y: Any, near: float, far: float) -> Any:
     """As :func:`~..contours._on_centre`."""
     close, away = [], []
     for value in (x, y):
-        off = builder.fsub(value, call(builder, "rint", _NUMBERS, value))
+        off = builder.fsub(value, call(builder, "rint", NUMBERS, value))
         close.append(_is(builder, "<", _size(builder, off), near))
         away.append(_is(builder, ">", _size(builder, value), far))
     return builder.or_(builder.and_(*close), builder.or_(*away))
 
 
 def _size(builder: Any, value: Any) -> Any:
-    return call(builder, "fabs", _NUMBERS, value)
+    return call(builder, "fabs", NUMBERS, value)
 
 
 def _is(builder: Any, order: str, value: Any, limit: float) -> Any:
-    return builder.fcmp_ordered(order, value, constant(_NUMBERS, limit))
+    return builder.fcmp_ordered(order, value, constant(NUMBERS, limit))

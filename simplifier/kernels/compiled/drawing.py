@@ -12,10 +12,9 @@ from typing import Any
 import llvmlite.ir as ir
 
 from simplifier.kernels.compiled.control import repeat
-from simplifier.kernels.compiled.lanes import NUMBER, WORD, call, constant, spread
+from simplifier.kernels.compiled.lanes import LANES, NUMBERS, WORD, call, constant, spread
 from simplifier.kernels.compiled.rows import (
     ALL,
-    LANES,
     NOTHING,
     ROWS,
     all_but_one,
@@ -25,7 +24,6 @@ from simplifier.kernels.compiled.rows import (
     store_rows,
 )
 
-_NUMBERS = ir.VectorType(NUMBER, LANES)
 _TRUE = ir.IntType(1)(1)
 _IN_A_WORD = constant(ROWS, 63)
 _EXPONENT = 2.0**52  # a whole number below it is in the last bits of the sum
@@ -41,12 +39,12 @@ def write_draw(
         return builder.load(builder.gep(edges, [builder.add(view, WORD(place * block))]))
 
     outlines = [
-        [spread(builder, number(5 * edge + which), _NUMBERS) for which in range(5)]
+        [spread(builder, number(5 * edge + which), NUMBERS) for which in range(5)]
         for edge in range(3)
     ]
     first, end = (builder.fptosi(number(place), WORD) for place in (15, 16))
-    middles = ir.Constant(_NUMBERS, [row + 0.5 for row in range(LANES)])
-    middles = builder.fadd(spread(builder, number(15), _NUMBERS), middles)
+    middles = ir.Constant(NUMBERS, [row + 0.5 for row in range(LANES)])
+    middles = builder.fadd(spread(builder, number(15), NUMBERS), middles)
     twice = place_of(builder, layers, height)
     for begin in range(0, 64, LANES):
         store_rows(builder, NOTHING, place_of(builder, new, begin))
@@ -65,7 +63,7 @@ def write_draw(
         return (
             builder.icmp_signed("<", following, end),
             following,
-            builder.fadd(middle, constant(_NUMBERS, float(LANES))),
+            builder.fadd(middle, constant(NUMBERS, float(LANES))),
             builder.or_(differs, builder.xor(union, once)),
             builder.or_(changed, builder.shl(moved, builder.lshr(row, WORD(3)))),
         )
@@ -80,17 +78,17 @@ def _right_of(builder: Any, edge: Any, middle: Any) -> Any:
     """As :func:`~..bit_image.edge_bits`, of eight rows by their middles."""
     start, top, slope, first, last = edge
     column = builder.fadd(start, builder.fmul(builder.fsub(middle, top), slope))
-    column = call(builder, "ceil", _NUMBERS, column)
-    nought = constant(_NUMBERS, 0.0)
+    column = call(builder, "ceil", NUMBERS, column)
+    nought = constant(NUMBERS, 0.0)
     passes = builder.and_(
         builder.fcmp_ordered(">", middle, first),
         builder.and_(
             builder.fcmp_ordered("<", middle, last),
-            builder.fcmp_ordered("<", column, constant(_NUMBERS, 64.0)),
+            builder.fcmp_ordered("<", column, constant(NUMBERS, 64.0)),
         ),
     )
     column = builder.select(builder.fcmp_ordered(">", column, nought), column, nought)
-    raised = builder.fadd(column, constant(_NUMBERS, _EXPONENT))
+    raised = builder.fadd(column, constant(NUMBERS, _EXPONENT))
     shift = builder.and_(builder.bitcast(raised, ROWS), _IN_A_WORD)
     return builder.select(passes, builder.shl(ALL, shift), NOTHING)
 

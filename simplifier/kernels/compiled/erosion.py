@@ -15,10 +15,9 @@ from typing import Any
 import llvmlite.ir as ir
 
 from simplifier.kernels.compiled.control import merged
-from simplifier.kernels.compiled.lanes import CELL, WORD, call, constant
+from simplifier.kernels.compiled.lanes import CELLS, WORD, call, constant
 from simplifier.kernels.compiled.processors import Processor
 from simplifier.kernels.compiled.rows import (
-    LANES,
     NOTHING,
     ROWS,
     Vectors,
@@ -130,8 +129,8 @@ def _measures(builder: Any, images: Sequence[Vectors], steps: str) -> Sequence[A
 
 
 def _eroded(builder: Any, image: Vectors, step: str) -> Vectors:
-    above = ir.Constant(ir.VectorType(CELL, LANES), [7, 8, 9, 10, 11, 12, 13, 14])
-    below = ir.Constant(ir.VectorType(CELL, LANES), [1, 2, 3, 4, 5, 6, 7, 8])
+    above = ir.Constant(CELLS, [7, 8, 9, 10, 11, 12, 13, 14])
+    below = ir.Constant(CELLS, [1, 2, 3, 4, 5, 6, 7, 8])
     framed = [NOTHING, *image, NOTHING]
     result = []
     for before, rows, after in zip(framed, image, framed[2:], strict=False):

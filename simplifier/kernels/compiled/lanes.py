@@ -13,6 +13,11 @@ from simplifier.kernels.compiled.processors import Processor
 
 BIT, CELL, WORD, NUMBER = ir.IntType(1), ir.IntType(32), ir.IntType(64), ir.DoubleType()
 
+LANES = 8
+"""Of the vectors that most is done with: of float64 they fill a register of 512 bits."""
+
+CELLS, WORDS, NUMBERS = (ir.VectorType(kind, LANES) for kind in (CELL, WORD, NUMBER))
+
 
 def constant(kind: Any, value: float) -> Any:
     """A vector of a number in all lanes."""
@@ -37,9 +42,24 @@ def word_of(builder: Any, flags: Any) -> Any:
     return builder.zext(builder.bitcast(flags, ir.IntType(flags.type.count)), WORD)
 
 
+def is_set(builder: Any, flags: Any) -> Any:
+    """Whether any lane has its flag."""
+    return builder.icmp_unsigned("!=", word_of(builder, flags), WORD(0))
+
+
 def loaded(builder: Any, kind: Any, address: Any) -> Any:
     """The vector at an address, of numbers of 32 bits."""
     return builder.load(builder.bitcast(address, kind.as_pointer()), align=4)
+
+
+def loaded_rows(
+    builder: Any, kind: Any, listed: Any, begin: Any, stride: int, rows: int
+) -> list[Any]:
+    """The vectors at ``begin`` in as many lists of numbers of 32 bits, ``stride`` apart."""
+    return [
+        loaded(builder, kind, builder.gep(listed, [builder.add(begin, WORD(stride * row))]))
+        for row in range(rows)
+    ]
 
 
 def gathered(
@@ -94,8 +114,7 @@ def _append_one_by_one(
         left = builder.and_(left, builder.sub(left, WORD(1)))
         return builder.icmp_unsigned("!=", left, WORD(0)), left, builder.add(count, WORD(1))
 
-    some = word_of(builder, flags)
-    return repeat(builder, builder.icmp_unsigned("!=", some, WORD(0)), [some, count], copy)[1]
+    return repeat(builder, is_set(builder, flags), [word_of(builder, flags), count], copy)[1]
 
 
 def least(builder: Any, *values: Any) -> Any:

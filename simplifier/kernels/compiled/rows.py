@@ -9,14 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-import llvmlite.ir as ir
+from simplifier.kernels.compiled.lanes import LANES, WORD, WORDS, call, constant
 
-from simplifier.kernels.compiled.lanes import WORD, call, constant
-
-LANES = 8
-"""Rows of a vector."""
-
-ROWS = ir.VectorType(WORD, LANES)
+ROWS = WORDS
 NOTHING = constant(ROWS, 0)
 ALL = constant(ROWS, -1)
 Vectors = Sequence[Any]

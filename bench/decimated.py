@@ -28,12 +28,11 @@ from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.room import WHOLE, Room
 from simplifier.geometry.solid import Solid
-from simplifier.kernels.decimate import decimate
 from simplifier.options.stages import RefineOptions, make_options
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
 from simplifier.refinement.annealing import RefineViews, by_looks
-from simplifier.refinement.decimate import decimate_into
+from simplifier.refinement.decimate import decimate_into, decimated
 from simplifier.refinement.search import refine
 from simplifier.refinement.starts import (
     cluster_vertices,
@@ -116,11 +115,8 @@ def decimators(scenes: Sequence[Scene]) -> None:
 
 
 def _here(scene: Scene, points: FloatArray, faces: NDArray[np.int64]) -> Surface:
-    moved, corners = points + scene.room.margin, faces.astype(np.int32)
-    alive = np.ones(len(faces), dtype=np.bool_)
-    if len(faces) > 64:
-        decimate(moved, corners, scene.room.voxels, 64, alive)
-    return moved - scene.room.margin, corners[alive]
+    moved, corners = decimated(points, faces.astype(np.int32), scene.room, [64])[0]
+    return moved - scene.room.margin, corners
 
 
 def _library(name: str, points: FloatArray, faces: NDArray[np.int64]) -> Surface:

@@ -33,14 +33,22 @@ _FOLDED = 100.0  # how much dearer a collapse is that turns a face over
 _LEAVES = 10.0  # and one that takes a face out of the room; more stops too many
 
 
-@kernel(f"float64[:, :], int32[:, :], {ROOM}, int64, bool[:]")
-def decimate(vertices, faces, room, budget, alive):
-    """Collapse edges until at most ``budget`` faces are ``alive`` (m,) bool; return how many are.
+@kernel(f"float64[:, :, :], int32[:, :, :], {ROOM}, int64[:], bool[:, :]")
+def decimate(states, state_faces, room, budgets, states_alive):
+    """Collapse edges until at most as many faces are left as each of the ``budgets`` (b,) allows,
+    which fall.
 
-    Faces have three different vertices and no two faces the same three.  ``room`` is where faces
-    should be, as :func:`~.voxelize.is_contained` takes it: a collapse that leaves it waits longer.
-    Cost: n log n, and a microsecond a face.
+    ``states``        (b, n, 3) float64 vertices, ``state_faces`` (b, m, 3) int32 and
+                      ``states_alive`` (b, m) bool: of each budget in turn.  The last ones hold what
+                      is to be decimated.
+    ``room``          where faces should be, as :func:`~.voxelize.is_contained` takes it: a collapse
+                      that leaves it waits longer.
+
+    Faces have three different vertices and no two faces the same three.  Cost: n log n, and a
+    microsecond a face; what fewer take is on the way.
     """
+    last = len(budgets) - 1
+    vertices, faces, alive = states[last], state_faces[last], states_alive[last]
     heads, links = _corner_lists(faces, len(vertices))
     quadrics = _quadrics(vertices, faces, heads, links)
     queue = _edges(vertices, faces, heads, links, quadrics)
@@ -51,8 +59,16 @@ def decimate(vertices, faces, room, budget, alive):
     place = np.zeros(3)
     for face in range(len(faces)):
         alive[face] = True
-    count, step, mark = len(faces), 0, 0
-    while count > budget:
+    count, step, mark, reached = len(faces), 0, 0, 0
+    while True:
+        while reached <= last and count <= budgets[reached]:
+            if reached < last:
+                states[reached] = vertices
+                state_faces[reached] = faces
+                states_alive[reached] = alive
+            reached += 1
+        if reached > last:
+            return
         cost, u, v, stamp = heappop(queue)
         # What was weighed already has the complement of its stamp.
         version = stamp if stamp >= 0 else ~stamp
@@ -82,7 +98,6 @@ def decimate(vertices, faces, room, budget, alive):
             vertices, faces, heads, links, quadrics, versions, moved, v, cost, u, place, marks,
             mark, offers, queue,
         )  # fmt: skip
-    return count
 
 
 @inner_kernel

@@ -7,6 +7,7 @@ Voxels -> shares: a solid in few cells, for work that need not be as fine as its
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -19,6 +20,9 @@ from simplifier.kernels.decimate import decimate
 from simplifier.kernels.sinking import sink
 from simplifier.kernels.soup_views import all_contained
 from simplifier.refinement.fields import GAUSSIAN, Field, depths_in, smoothed
+
+Surface = tuple[FloatArray, IntArray]
+"""Vertices (n, 3) float64 and faces (m, 3) int32."""
 
 
 def decimate_into(
@@ -33,12 +37,31 @@ def decimate_into(
     Returns ``vertices`` (k, 3) float64, all used and none outside the room's cells, and ``faces``
     int32, none without area.
     """
+    return moved_into(*decimated(vertices, faces, room, [budget])[0], room)
+
+
+def decimated(
+    vertices: FloatArray, faces: IntArray, room: Room, budgets: Sequence[int]
+) -> list[Surface]:
+    """At most as many triangles as each of the ``budgets``, which fall, near a surface; as of
+    :func:`decimate_into`, but in the place of the room and not moved into it yet."""
     points = np.ascontiguousarray(vertices + room.margin, dtype=np.float64)
     corners = np.array(faces, dtype=np.int32)
-    alive = np.ones(len(corners), dtype=np.bool_)
-    if len(corners) > budget:
-        decimate(points, corners, room.voxels, budget, alive)
-    points, corners = _without_unused(points, corners[alive])
+    less = [budget for budget in budgets if budget < len(corners)]
+    whole = [(points, corners)] * (len(budgets) - len(less))
+    if not less:
+        return [_without_unused(*one) for one in whole]
+    states = np.repeat(points[None], len(less), axis=0)
+    state_faces = np.repeat(corners[None], len(less), axis=0)
+    alive = np.empty((len(less), len(corners)), dtype=np.bool_)
+    decimate(states, state_faces, room.voxels, np.array(less, dtype=np.int64), alive)
+    found = zip(states, state_faces, alive, strict=True)
+    left = [(one, some[is_left]) for one, some, is_left in found]
+    return [_without_unused(*one) for one in (*whole, *left)]
+
+
+def moved_into(points: FloatArray, corners: IntArray, room: Room) -> Surface:
+    """What :func:`decimated` gave, as :func:`decimate_into` says."""
     points = np.clip(sunk(points, corners, room), 0.0, np.array(room.shape, np.float64))
     points, corners = _detach(points, corners[have_area(points[corners])], room)
     return points - room.margin, corners

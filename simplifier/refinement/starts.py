@@ -21,7 +21,13 @@ from simplifier.geometry.room import WHOLE, Room
 from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.thin import border_places, crack_triangles, sum_up_cells, whole_faces
 from simplifier.kernels.threads import run_each
-from simplifier.refinement.decimate import coarse, decimate_into
+from simplifier.refinement.decimate import (
+    Surface,
+    coarse,
+    decimate_into,
+    decimated,
+    moved_into,
+)
 from simplifier.refinement.fields import smoothed
 from simplifier.refinement.reduce import first_faces, reduce_to
 from simplifier.refinement.search import pull_into
@@ -35,23 +41,30 @@ class Surfaces:
 
     def __init__(self, shown: TriangleMesh, grid: VoxelGrid) -> None:
         self._shown, self._grid = shown, grid
+        self._fewer: dict[tuple[str, Room, int], Surface] = {}
 
     @cached_property
     def _clusters(self) -> tuple[FloatArray, IntArray]:
         """Which are decimated to any number of triangles."""
         return cluster_vertices(self._shown, self._grid)
 
-    def decimated(self, budget: int, room: Room) -> list[FloatArray]:
+    def decimated(self, budget: int, room: Room, fewer: int = 0) -> list[FloatArray]:
         """The solid's surface, and the mesh in cells of voxels: soups (m, 3, 3) in the place of the
-        ``room``, m at most the budget."""
+        ``room``, m at most the budget.
 
-        def of_mesh() -> tuple[FloatArray, IntArray]:
-            return decimate_into(*self._clusters, room, budget)
+        ``fewer``  triangles that may be asked for next, in the same room: decimating passes them.
+        """
 
-        def of_solid() -> tuple[FloatArray, IntArray]:
-            return enclosed_start(room, budget)
+        def begin(of: str) -> FloatArray:
+            known = self._fewer.pop((of, room, budget), None)
+            if known is None:
+                surface = _enclosed(room) if of == "solid" else self._clusters
+                known, *others = decimated(*surface, room, [budget, fewer] if fewer else [budget])
+                for other in others:
+                    self._fewer[of, room, fewer] = other
+            return _pulled(*moved_into(*known, room), room)
 
-        return run_each(lambda make: _pulled(*make(), room), (of_solid, of_mesh))
+        return run_each(begin, ("solid", "mesh"))
 
     def fine(self, budget: int, rooms: Sequence[Room]) -> list[FloatArray]:
         """The mesh in fewer triangles, as thin as pictures show it, in each room."""
@@ -69,8 +82,12 @@ def enclosed_start(room: Room, budget: int) -> tuple[FloatArray, IntArray]:
     Returns vertices (n, 3) float64 in grid space and faces (m, 3) int32, m at most the budget and
     0 where the solid is nowhere thicker than a voxel.
     """
+    return decimate_into(*_enclosed(room), room, budget)
+
+
+def _enclosed(room: Room) -> Surface:
     vertices, faces = inner_surface(room.shares)
-    return decimate_into(vertices - room.margin, faces, room, budget)
+    return vertices - room.margin, faces
 
 
 def fine_starts(

@@ -247,7 +247,8 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
     room = looks.room_for(budget)
     starts = [pull_into(run.start, room)]
     if run.decimated:
-        starts += looks.surfaces.decimated(budget, room)
+        few = budget // PART if run.divided and budget <= MANY else 0
+        starts += looks.surfaces.decimated(budget, room, few)
     judged = run.several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
     first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))
     found = refine(

@@ -20,10 +20,11 @@ SIZE = 12  # voxels a side
 
 def collapsed(points, faces, allowed, budget):
     """The corners of what is left, as a sorted array (k, 3, 3)."""
-    points, faces = points.copy(), faces.copy()
-    alive = np.zeros(len(faces), np.bool_)
-    count = decimate(points, faces, Room.of(allowed).voxels, budget, alive)
-    assert count == np.count_nonzero(alive) <= max(budget, 0)
+    states, state_faces = points[None].copy(), faces[None].copy()
+    states_alive = np.zeros((1, len(faces)), np.bool_)
+    decimate(states, state_faces, Room.of(allowed).voxels, np.array([budget]), states_alive)
+    (points,), (faces,), (alive,) = states, state_faces, states_alive
+    assert np.count_nonzero(alive) <= max(budget, 0)
     kept = np.sort(faces[alive], axis=1)
     assert (np.diff(kept, axis=1) > 0).all()
     assert len(np.unique(kept, axis=0)) == len(kept)

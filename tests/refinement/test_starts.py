@@ -11,7 +11,7 @@ from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.kernels.soup_views import all_contained
 from simplifier.refinement.decimate import decimate_into
-from simplifier.refinement.starts import cluster_vertices, enclosed_start
+from simplifier.refinement.starts import Surfaces, cluster_vertices, enclosed_start
 from simplifier.voxel.fill import fill
 from simplifier.voxel.room import coarse_room
 from simplifier.voxel.voxelize import voxelize
@@ -51,6 +51,20 @@ def inside_share(vertices, faces, grid):
     inside = np.zeros(len(faces), np.bool_)
     all_contained(vertices[faces] + room.margin, room.voxels, inside)
     return inside.mean() if len(faces) else 1.0
+
+
+@pytest.mark.parametrize("name", sorted(SHAPES))
+def test_what_fewer_triangles_are_on_the_way_is_what_they_are_alone(name):
+    mesh, few = SHAPES[name], 6
+    grid = fill(voxelize(mesh, 24))
+    room, surfaces = coarse_room(grid, 1), Surfaces(mesh, grid)
+    both = surfaces.decimated(40, room, few), surfaces.decimated(few, room)
+    again = surfaces.decimated(few, room)  # what was on the way is not kept
+    alone = [Surfaces(mesh, grid).decimated(budget, room) for budget in (40, few)]
+    for found, expected in zip((*both, again), (*alone, alone[1]), strict=True):
+        assert all(
+            one.tobytes() == other.tobytes() for one, other in zip(found, expected, strict=True)
+        )
 
 
 @settings(max_examples=30)

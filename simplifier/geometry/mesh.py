@@ -208,7 +208,7 @@ class TriangleMesh:
             points, corners = _of_used_vertices(points, corners, ~stray)
             return cls(points, corners, _count_dropped(unusable))
         mesh = cls(points, corners, _count_dropped(unusable))
-        mesh.__dict__["usual_reach"] = reach.usual  # is known now, and takes long of a large mesh
+        mesh.__dict__["usual_reach"] = reach.usual  # known now; to find it again takes long
         return mesh
 
     @cached_property

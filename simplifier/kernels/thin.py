@@ -35,8 +35,8 @@ def gather_first(vertices, low, step, numbers, points, chosen):
     """Gather the first of ``vertices`` (n, 3) in each cell into ``points`` (n, 3); their number.
 
     Cells are cubes of edge ``step`` from the corner ``low`` (3,) on; ``numbers`` (cx, cy, cz)
-    int32, zeros, becomes the point of each cell and one, which leaves memory of cells without any
-    untouched.  ``chosen`` (n,) int32 tells the point of each vertex.
+    int32, zeros, becomes one more than the point of each cell, so that memory of cells without one
+    stays untouched.  ``chosen`` (n,) int32 tells the point of each vertex.
     """
     count = 0
     for index in range(len(vertices)):
@@ -191,7 +191,7 @@ def crack_triangles(
 
     ``points`` (n, 3) lie in cells of edge ``step`` from the corner ``low`` (3,) on; ``faces``
     (m, 3).  Vertex i moves to the place ``chosen[i]``, the same for all in a cell.  ``numbers``
-    (cx, cy, cz) holds the place of each cell and one, and 0 where no vertex lies; ``border``
+    (cx, cy, cz) holds one more than the place of each cell, and 0 where no vertex lies; ``border``
     (places,) are the :func:`border_places` of what is left then.  Edges within two neighbouring
     cells open none, nor does a vertex in the cell of an end, nor an edge with an end that is on no
     border: where there is none at all, neither are there such triangles, and looking for them takes
@@ -309,7 +309,7 @@ def t_junctions(points, low, step, edges, numbers, starts, held, tolerance, tria
 
     ``points``     (n, 3) float64 in cells of edge ``step`` from ``low`` (3,) on.
     ``edges``      (k, 2) int32: pairs of points.
-    ``numbers``    (cx, cy, cz) int32: of each cell the place that its points move to, and one; 0
+    ``numbers``    (cx, cy, cz) int32: one more than the place that the points of a cell move to; 0
                    where there are none.
     ``starts``, ``held``  (places + 2,) and (n,) int32: place p is that of the points
                    ``held[starts[p] : starts[p + 1]]``.

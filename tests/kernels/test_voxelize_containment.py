@@ -8,8 +8,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from simplifier.geometry.room import Room
+from simplifier.kernels import voxelize
 from simplifier.kernels.soup_views import all_contained
-from simplifier.kernels.voxelize import is_contained, mark_triangles
+from simplifier.kernels.voxelize import is_contained, mark_all_triangles, mark_triangles
 
 SIZE, PARTS = 4, 8
 NEAR, OFF = 5e-10, 1e-7  # voxels: less than what counts as touching, and more
@@ -96,6 +97,18 @@ def test_every_voxel_that_it_touches_is_asked_for_and_no_other(corners):
         missing[tuple(voxel)] = False
         assert not contained(triangle, missing)
         assert marked([triangle], before=missing).all()
+
+
+@pytest.mark.parametrize("threads", ["1", "2"])
+@pytest.mark.parametrize("count", [1, 30])
+def test_all_triangles_are_marked_by_any_number_of_threads(count, threads, monkeypatch):
+    monkeypatch.setenv("OCCLUDER_THREADS", threads)
+    monkeypatch.setattr(voxelize, "_LEAST_WORK", 40)
+    points = np.random.default_rng(count).uniform(0.0, SIZE, (3 * count, 3))
+    faces = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
+    found = np.zeros((SIZE,) * 3, dtype=np.bool_)
+    mark_all_triangles(points, faces, np.zeros(3), 1.0, found)
+    assert np.array_equal(found, marked(points.reshape(-1, 3, 3)))
 
 
 @settings(max_examples=40)

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import lowest_one
 from simplifier.kernels.compiled.intrinsic import intrinsic
-from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
+from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.coverage import MaskArray, views_at_a_time
 from simplifier.kernels.edges import list_edges
 from simplifier.kernels.faces import draw_face, draw_faces, empty_spans, lies_between, project
@@ -36,7 +36,7 @@ _OPEN_SHARE = 0.125  # of the edges: more of them cost what they save
 _WORDS = 64  # of 64 edges each at a time
 _EDGES = 256  # of a view at a time
 _LISTED = 1 << 16  # crossings of a view; where there are more, its edges are read again
-_NO_ROOM, _COUNT = np.uint64(1 << 33), np.uint64(0xFFFFFFFF)
+_COUNT, _UNSURE, _NO_ROOM = np.uint64((1 << 32) - 1), np.uint64(1 << 32), np.uint64(1 << 33)
 _EDGE_ON = 1e-4  # of the square of the longest edge: below that, twice the area counts as none
 _NEAR = 1e-5  # pixels: rounding moves a crossing by 1e-7 at most where a triangle ends
 _FAR = 1e4  # pixels: up to there it does
@@ -256,13 +256,11 @@ def fill_sides(planes, axes, front, back):
         front[face], back[face] = here, there
 
 
-@inline_kernel
 def _cell(value, count):
     """The first pixel with its centre at or past a coordinate."""
     return np.int32(np.ceil(min(max(value, 0.0), count)))
 
 
-@inline_kernel
 def _on_centre(x, y):
     """Whether rounding matters to the crossings that end here."""
     near = (abs(x - np.rint(x)) < _NEAR) & (abs(y - np.rint(y)) < _NEAR)
@@ -349,7 +347,7 @@ def _turn_contour(edges, bits, first, own, other):
 def _write_list_eight(builder: Any, *given: Any) -> Any:
     from simplifier.kernels.compiled.crossings import write_list_eight  # with llvmlite
 
-    return write_list_eight(builder, _NEAR, _FAR, *given)
+    return write_list_eight(builder, _NEAR, _FAR, int(_UNSURE), int(_NO_ROOM), *given)
 
 
 @intrinsic(_write_list_eight)
@@ -382,7 +380,7 @@ def list_eight(vertices, edges, some, begin, left, view, turned, crossings, room
         if first != last:
             unsure |= bool(_on_centre(low_x, low_y) | _on_centre(high_x, high_y))
     if used + sum(last - first for first, last, *_ in ends) + 8 > room:
-        return np.uint64(1 << 33)
+        return _NO_ROOM
     for step in range(max((last - first for first, last, *_ in ends), default=0)):
         for first, last, less, low_x, low_y, high_x, high_y in ends:
             row = first + step
@@ -390,7 +388,7 @@ def list_eight(vertices, edges, some, begin, left, view, turned, crossings, room
                 x = low_x + (row - low_y) / (high_y - low_y) * (high_x - low_x)
                 crossings[used] = (_cell(x, columns) * int(height) + row) ^ less
                 used += 1
-    return np.uint64(int(used) | unsure << 32)
+    return np.uint64(used) | (_UNSURE if unsure else np.uint64(0))
 
 
 @inner_kernel
@@ -417,7 +415,7 @@ def _list_some(
             used = 0
             continue
         used = np.int64(found & _COUNT)
-        unsure |= found > _COUNT
+        unsure |= found & _UNSURE != 0
         begin += 8
     return used, unsure
 

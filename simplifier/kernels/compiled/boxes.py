@@ -20,6 +20,7 @@ from simplifier.kernels.compiled.lanes import (
     least,
     loaded,
     loaded_rows,
+    run_of_ones,
     spread,
     word_of,
 )
@@ -64,13 +65,11 @@ def write_list_bare(
             "<=", height, spread(builder, builder.trunc(most_rows, CELL), _CELLS)
         ),
     )
-    wide = builder.sub(right, left)
-    ones = builder.lshr(
-        constant(_WORDS, -1),
-        builder.zext(_modulo_64(builder, builder.sub(constant(_CELLS, 64), wide)), _WORDS),
+    shift, wide = (
+        builder.zext(builder.sub(end, begin), _WORDS)
+        for begin, end in ((window, left), (left, right))
     )
-    shift = _modulo_64(builder, builder.sub(left, window))
-    columns = builder.shl(ones, builder.zext(shift, _WORDS))
+    columns = run_of_ones(builder, shift, wide)
     step = spread(builder, builder.shl(words, WORD(3)), _WORDS)
     first = builder.add(
         builder.mul(builder.zext(bottom, _WORDS), step),
@@ -128,8 +127,3 @@ def _box(builder: Any, cells: Sequence[Any]) -> Sequence[Any]:
         least(builder, *rows), greatest(builder, *rows),
         least(builder, *columns), greatest(builder, *columns),
     )  # fmt: skip
-
-
-def _modulo_64(builder: Any, numbers: Any) -> Any:
-    """What a shift may take: lanes that no one looks at have any number."""
-    return builder.and_(numbers, constant(_CELLS, 63))

@@ -32,10 +32,11 @@ _EDGE = 16
 
 
 def write_list_eight(
-    builder: Any, near: float, far: float, vertices: Any, edges: Any, some: Any, begin: Any,
-    left: Any, view: Any, turned: Any, crossings: Any, room: Any, used: Any,
+    builder: Any, near: float, far: float, unsure: int, no_room: int, vertices: Any, edges: Any,
+    some: Any, begin: Any, left: Any, view: Any, turned: Any, crossings: Any, room: Any, used: Any,
 ) -> Any:  # fmt: skip
-    """As :func:`~..contours.list_eight` says; ``near`` and ``far`` in pixels."""
+    """As :func:`~..contours.list_eight` says; ``near`` and ``far`` in pixels, ``unsure`` and
+    ``no_room`` what else it tells than how many are listed."""
     numbers = [
         spread(builder, builder.load(builder.gep(view, [WORD(place)])), NUMBERS)
         for place in range(10)
@@ -59,7 +60,7 @@ def write_list_eight(
         builder.icmp_unsigned("!=", first, last),
     )
     close = builder.or_(*(_on_centre(builder, x, y, near, far) for x, y in (low, high)))
-    unsure = builder.and_(crosses, close)
+    matters = builder.and_(crosses, close)
 
     falls = builder.icmp_unsigned(">", first, last)
     (low_x, low_y), (high_x, high_y) = (
@@ -71,7 +72,7 @@ def write_list_eight(
         turn, spread(builder, builder.sub(CELL(0), builder.trunc(turned, CELL)), CELLS)
     )
     less = builder.xor(less, builder.select(falls, constant(CELLS, 0), constant(CELLS, -1)))
-    rows = spread(builder, builder.fptosi(builder.load(builder.gep(view, [WORD(9)])), CELL), CELLS)
+    rows = builder.fptosi(height, CELLS)
 
     lengths = builder.select(crosses, builder.sub(end, begins), constant(CELLS, 0))
     total = builder.zext(call(builder, "vector.reduce.add", CELL, lengths), WORD)
@@ -84,13 +85,13 @@ def write_list_eight(
         count = append(builder, [builder.xor(place, less)], active, crossings, count)
         row = builder.add(row, constant(CELLS, 1))
         active = builder.and_(active, builder.icmp_unsigned("<", row, end))
-        height = builder.fadd(y, constant(NUMBERS, 1.0))
-        return is_set(builder, active), row, height, active, count
+        y = builder.fadd(y, constant(NUMBERS, 1.0))
+        return is_set(builder, active), row, y, active, count
 
     begun = [begins, builder.uitofp(begins, NUMBERS), crosses, used]
     *_, count = repeat(builder, builder.and_(fits, is_set(builder, crosses)), begun, cross)
-    told = builder.select(is_set(builder, unsure), WORD(1 << 32), WORD(0))
-    return builder.select(fits, builder.or_(count, told), WORD(1 << 33))
+    told = builder.select(is_set(builder, matters), WORD(unsure), WORD(0))
+    return builder.select(fits, builder.or_(count, told), WORD(no_room))
 
 
 def _projected(builder: Any, vertices: Any, vertex: Any, numbers: Sequence[Any]) -> Sequence[Any]:

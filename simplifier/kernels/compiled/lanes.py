@@ -117,6 +117,13 @@ def _append_one_by_one(
     return repeat(builder, is_set(builder, flags), [word_of(builder, flags), count], copy)[1]
 
 
+def run_of_ones(builder: Any, first: Any, count: Any) -> Any:
+    """As :func:`~..faces.run_of_ones`, of vectors of uint64; anything where there are none."""
+    most = constant(first.type, 63)
+    shift = builder.and_(builder.sub(constant(first.type, 64), count), most)
+    return builder.shl(builder.lshr(constant(first.type, -1), shift), builder.and_(first, most))
+
+
 def least(builder: Any, *values: Any) -> Any:
     """Of unsigned numbers, or of floating ones none of which is NaN, lane by lane."""
     return _chosen(builder, "<", values)

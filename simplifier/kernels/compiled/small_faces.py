@@ -25,6 +25,7 @@ from simplifier.kernels.compiled.lanes import (
     is_set,
     least,
     loaded_rows,
+    run_of_ones,
     spread,
     word_of,
 )
@@ -68,7 +69,7 @@ def write_draw_eight(
         )
         outside = builder.xor(within, constant(flags_of(WORDS), 1))
         beyond = builder.or_(beyond, builder.and_(some, outside))
-        bits = _run_of_ones(builder, builder.sub(first, window), builder.sub(end, first))
+        bits = run_of_ones(builder, builder.sub(first, window), builder.sub(end, first))
         bits = builder.select(builder.and_(some, within), bits, constant(WORDS, 0))
         # Past its last row a triangle adds nothing to its first: no other view's picture is met.
         _add(builder, mask, builder.select(there, place, first_place), bits)
@@ -118,13 +119,6 @@ def _point(builder: Any, points: Any, vertex: Any) -> Sequence[Any]:
         gathered(builder, NUMBERS, points, builder.add(place, constant(WORDS, behind)), align=8)
         for behind in (0, 8)
     ]
-
-
-def _run_of_ones(builder: Any, first: Any, count: Any) -> Any:
-    """As :func:`~..faces.run_of_ones`, and anything where there is none."""
-    most = constant(WORDS, 63)
-    shift = builder.and_(builder.sub(constant(WORDS, 64), count), most)
-    return builder.shl(builder.lshr(constant(WORDS, -1), shift), builder.and_(first, most))
 
 
 def _add(builder: Any, mask: Any, places: Any, bits: Any) -> None:

@@ -41,7 +41,7 @@ _REPEATS = 3  # of each work in a process, after one that is not counted
 def portable_rows(rounds: int) -> Iterator[Row]:
     """A row a mesh, preset and kind."""
     targets = {_OWN: Processor.own()}
-    targets |= {kind.processor.name: kind.processor for kind in kinds_here() if kind.runs_here()}
+    targets |= {kind.name: kind.processor for kind in kinds_here() if kind.runs_here()}
     with tempfile.TemporaryDirectory() as place:
         variables = {
             name: {**target.variables, "NUMBA_CACHE_DIR": str(Path(place) / name)}

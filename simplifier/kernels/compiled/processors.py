@@ -34,6 +34,16 @@ class Processor:
         """Of 512 bits, as many as hold two images."""
         return self.name == "x86-64-v4" or "+avx512f" in self.features
 
+    @property
+    def moves_bytes(self) -> bool:
+        """To any place in a register of 128 bits, by one instruction of x86's."""
+        return self.name.startswith("x86-64-v") or "+ssse3" in self.features
+
+    @property
+    def counts_ones(self) -> bool:
+        """Of each word in a wide register, by one instruction."""
+        return "+avx512vpopcntdq" in self.features
+
     @classmethod
     def own(cls) -> Processor:
         """This very processor, with all that it has."""
@@ -55,8 +65,9 @@ class Processor:
 
 @dataclass(frozen=True)
 class Kind:
-    """Processors that have at least those features, by LLVM's names."""
+    """Processors that have at least those features, by LLVM's names; ``name`` is ours."""
 
+    name: str
     processor: Processor
     features: frozenset[str]
 
@@ -71,17 +82,25 @@ _LEVEL_4 = frozenset(["avx512bw", "avx512cd", "avx512dq", "avx512f", "avx512vl"]
 _BITS = frozenset(["avx512bitalg", "avx512vbmi", "avx512vbmi2", "avx512vpopcntdq", "gfni"])
 """Beside its level, to count bits by the register; Intel's Ice Lake and AMD's Zen 4 have them."""
 
+# An image is eight registers of 512 bits (``erosion.py``); LLVM avoids them if it is not told.
+_WIDE = "-prefer-256-bit"
+
 _X86_64 = (
-    # An image is eight registers of 512 bits (``erosion.py``); LLVM avoids them if it is not told.
     Kind(
-        Processor(
-            "x86-64-v4", ",".join([*(f"+{one}" for one in sorted(_BITS)), "-prefer-256-bit"])
-        ),
+        "x86-64-v4-bits",
+        Processor("x86-64-v4", ",".join([*(f"+{one}" for one in sorted(_BITS)), _WIDE])),
         _LEVEL_3 | _LEVEL_4 | _BITS,
     ),
-    Kind(Processor("x86-64-v3"), _LEVEL_3),
+    # What gathers numbers leaks them on all of these (Intel's advisory 00828), and takes longer
+    # than to load them one by one since microcode keeps it from that.
+    Kind(
+        "x86-64-v4",
+        Processor("x86-64-v4", f"+prefer-no-gather,{_WIDE}"),
+        _LEVEL_3 | _LEVEL_4,
+    ),
+    Kind("x86-64-v3", Processor("x86-64-v3"), _LEVEL_3),
 )
-_ARM64 = (Kind(Processor("generic"), frozenset({"neon"})),)
+_ARM64 = (Kind("arm64", Processor("generic"), frozenset({"neon"})),)
 
 
 def kinds_here() -> Sequence[Kind]:

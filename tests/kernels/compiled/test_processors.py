@@ -42,21 +42,31 @@ def machine(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("architecture", "features", "name"),
+    ("architecture", "features", "name", "lanes", "counts"),
     [
-        ("x86_64", ICE_LAKE, "x86-64-v4"),
-        ("AMD64", ICE_LAKE, "x86-64-v4"),  # as Windows says
-        ("x86_64", SKYLAKE_X, "x86-64-v3"),  # it does not count bits by the register
-        ("x86_64", HASWELL, "x86-64-v3"),
-        ("x86_64", HASWELL[:1], "itself"),
-        ("arm64", ["neon"], "generic"),
-        ("aarch64", ["neon"], "generic"),
-        ("riscv64", ["v"], "itself"),
+        ("x86_64", ICE_LAKE, "x86-64-v4", True, True),
+        ("AMD64", ICE_LAKE, "x86-64-v4", True, True),  # as Windows says
+        ("x86_64", SKYLAKE_X, "x86-64-v4", True, False),
+        ("x86_64", HASWELL, "x86-64-v3", False, False),
+        ("x86_64", HASWELL[:1], "itself", False, False),
+        ("arm64", ["neon"], "generic", False, False),
+        ("aarch64", ["neon"], "generic", False, False),
+        ("riscv64", ["v"], "itself", False, False),
     ],
 )
-def test_the_best_kind_that_the_processor_is_of(machine, architecture, features, name):
+def test_the_best_kind_that_the_processor_is_of(
+    machine, architecture, features, name, lanes, counts
+):
     machine(architecture, features)
-    assert Processor.chosen().name == name
+    chosen = Processor.chosen()
+    assert chosen.name == name
+    assert chosen.has_wide_registers == lanes
+    assert chosen.counts_ones == counts
+
+
+def test_each_kind_has_a_name_of_its_own():
+    kinds = kinds_here()
+    assert len({kind.name for kind in kinds}) == len({kind.processor for kind in kinds}) > 0
 
 
 def test_whoever_says_otherwise_is_obeyed(machine, monkeypatch):

@@ -11,7 +11,7 @@ from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.soup_views import (
     BLOCK,
-    EDGE_NUMBERS,
+    OUTLINE_NUMBERS,
     all_but_one,
     all_eights,
     block_size,
@@ -19,7 +19,7 @@ from simplifier.kernels.soup_views import (
     draw_found,
     draw_front,
     exchange_picture,
-    find_edges,
+    find_outlines,
     put_projection,
     score_exchange,
 )
@@ -217,7 +217,7 @@ def _place_elsewhere(triangles, lookup, layers, room, before, reach, state, tria
 @inner_kernel
 def _try_views(
     p, q, r, index, begin, end, triangles, blocks, views, images, layers, scores, drawn, eights,
-    trial, edges, work,
+    trial, outlines, work,
 ):  # fmt: skip
     """Score the views ``begin`` to ``end`` with the triangle p, q, r at ``index``; return the
     change.
@@ -228,14 +228,14 @@ def _try_views(
     projections, (away, limits, highest), originals, price, fines = views
     priced = images.shape[2] > 64
     change = np.int64(0)
-    found = begin  # the first view whose edges are known
+    found = begin  # the first view whose outlines are known
     for view in range(begin, end):
         if view == begin or view % BLOCK == 0:
             found = view
             last = min(end, (view // BLOCK + 1) * BLOCK)
-            find_edges(p, q, r, triangles[index], blocks, view, last, edges)
+            find_outlines(p, q, r, triangles[index], blocks, view, last, outlines)
         now, own, new = layers[view], images[index, view], drawn[view]
-        differs = draw_found(edges, view - found, now, own, new, eights[view:])
+        differs = draw_found(outlines, view - found, now, own, new, eights[view:])
         work[0] += 1
         trial[view] = scores[view]
         before = np.int64(0)  # pixels in front of which all stand
@@ -303,7 +303,7 @@ def anneal(
     blocks = np.zeros(block_size(len(scores)))
     for view in range(len(scores)):
         put_projection(projections[view], view, blocks)
-    edges = np.zeros(EDGE_NUMBERS * BLOCK)
+    outlines = np.zeros(OUTLINE_NUMBERS * BLOCK)
     places = len(scores) + _LOOKS
     lookup = (np.empty((8, places)), np.empty(places, np.int64), originals)
     _transpose(projections, lookup[0], lookup[1])
@@ -351,7 +351,7 @@ def anneal(
                 break
             change += _try_views(
                 p, q, r, index, seen, end, triangles, blocks, views, images, layers, scores, drawn,
-                eights, trial_scores, edges, work,
+                eights, trial_scores, outlines, work,
             )  # fmt: skip
             seen = end
             # A few views that lose this much are hardly made good by the others.

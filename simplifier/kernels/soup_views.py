@@ -36,10 +36,8 @@ import numpy as np
 
 from simplifier.kernels.bit_image import (
     STEPS,
-    edge_bits,
     measure_twice,
     popcount,
-    upright_edge,
 )
 from simplifier.kernels.compiled.intrinsic import intrinsic
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
@@ -76,13 +74,18 @@ def corner(triangle, k):
 
 
 @inline_kernel
-def _drawn_edges(p, q, r, m):
-    """The edges of a projected triangle that is drawn, as :func:`~.bit_image.upright_edge` gives
-    them; ``m`` are the eight numbers of a projection.
+def _outline(p, q, r, m):
+    """The outline of a projected triangle that is drawn, ten numbers, as :func:`_outline_bits`
+    takes them; ``m`` are the eight numbers of a projection.
 
-    They are moved inwards by :data:`INSET`: the triangle shrinks about its incentre, in the
-    proportion that the distance leaves of the inscribed circle's radius.  Without a branch, so that
-    a loop over views works on several at once.
+    The corners are moved inwards by :data:`INSET`: the triangle shrinks about its incentre, in the
+    proportion that the distance leaves of the inscribed circle's radius.  In each row that a
+    triangle reaches it has two edges: the one from its top to its bottom, and the upper or the
+    lower of the others.  Half a pixel left of the top, its height, how far the long and the upper
+    edge go to the right a row; the same of the corner in the middle and the lower edge; the first
+    row whose centre lies within, the first of the lower edge, and the one after the last.
+
+    Without a branch, so that a loop over views works on several at once.
     """
     px = m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[3]
     py = m[4] * p[0] + m[5] * p[1] + m[6] * p[2] + m[7]
@@ -102,27 +105,64 @@ def _drawn_edges(p, q, r, m):
     qx, qy = qx + lost * (x - qx), qy + lost * (y - qy)
     rx, ry = rx + lost * (x - rx), ry + lost * (y - ry)
     shows = twice_area > INSET * around
-    one = upright_edge(px, py, qx, qy, shows)
-    two = upright_edge(qx, qy, rx, ry, shows)
-    three = upright_edge(rx, ry, px, py, shows)
-    return one, two, three
+    px, py, qx, qy = _upper_first(px, py, qx, qy)
+    qx, qy, rx, ry = _upper_first(qx, qy, rx, ry)
+    px, py, qx, qy = _upper_first(px, py, qx, qy)
+    first = np.ceil(max(py, 0.0) - 0.5)
+    lower = np.ceil(max(qy, 0.0) - 0.5)
+    last = np.ceil(min(ry, 64.0) - 0.5)
+    return (
+        px - 0.5, py, (rx - px) / (ry - py), (qx - px) / (qy - py),
+        qx - 0.5, qy, (rx - qx) / (ry - qy),
+        first, lower, last if shows else 0.0,
+    )  # fmt: skip
 
 
 @inline_kernel
-def _draw_edges(one, two, three, image):
-    """Write an image, of which only the eights of rows are computed that the edges reach.
+def _upper_first(px, py, qx, qy):
+    """Two points, the upper one first."""
+    upper_x, lower_x = (qx, px) if py > qy else (px, qx)
+    return upper_x, min(py, qy), lower_x, max(py, qy)
+
+
+@inline_kernel
+def _outline_bits(outline, row):
+    """The pixels of a row with their centre within an outline.
+
+    Without a branch, so that a loop over all rows works on several at once.
+    """
+    start, top, long, upper, middle_start, middle, lower, first, split, last = outline
+    # From the end of an edge: the slope of a nearly level one is huge.
+    one = np.ceil(start + (row + 0.5 - top) * long)
+    two = np.ceil(
+        start + (row + 0.5 - top) * upper if row < split
+        else middle_start + (row + 0.5 - middle) * lower
+    )  # fmt: skip
+    passes = (row >= first) & (row < last)
+    return _right_of(one) ^ _right_of(two) if passes else np.uint64(0)
+
+
+@inline_kernel
+def _right_of(column):
+    """The pixels of a row from a column on, a whole number."""
+    there = column < 64.0
+    shift = max(column, 0.0) if there else 0.0
+    return ~np.uint64(0) << np.uint64(shift) if there else np.uint64(0)
+
+
+@inline_kernel
+def _draw_outline(outline, image):
+    """Write an image, of which only the eights of rows are computed that an outline reaches.
 
     Rows are counted by unsigned numbers where a loop does not begin with the first: numba asks of
     each signed one whether it counts from the end, and no loop works on several rows then.
     """
-    first, last = 64.0, 0.0
-    for edge in (one, two, three):
-        if edge[3] < edge[4]:
-            first, last = min(first, edge[3]), max(last, edge[4])
+    first, last = outline[7], outline[9]
     for row in range(64):
         image[row] = 0
-    for row in range(int(first) & ~7, (int(last) + 7) & ~7):
-        image[np.uint64(row)] = edge_bits(one, row) ^ edge_bits(two, row) ^ edge_bits(three, row)
+    if first < last:
+        for row in range(int(first) & ~7, (int(last) + 7) & ~7):
+            image[np.uint64(row)] = _outline_bits(outline, row)
 
 
 @inner_kernel
@@ -132,18 +172,19 @@ def draw_triangle(p, q, r, m, image):
     ``m`` (2, 4) is the projection; neighbours have to overlap, by :data:`INSET`.
     """
     numbers = m[0, 0], m[0, 1], m[0, 2], m[0, 3], m[1, 0], m[1, 1], m[1, 2], m[1, 3]
-    one, two, three = _drawn_edges(p, q, r, numbers)
-    _draw_edges(one, two, three, image)
+    _draw_outline(_outline(p, q, r, numbers), image)
 
 
 BLOCK = 64
-"""Views whose edges are found at once.  A constant, for the compiler to see which numbers lie next
-to each other."""
+"""Views whose outlines are found at once.  A constant, for the compiler to see which numbers lie
+next to each other."""
 
 
-EDGE_NUMBERS = 17
-"""Of a triangle in a view: five of each edge, the first row that matters, and the one after the
+OUTLINE_NUMBERS = 12
+"""Of a triangle in a view: ten of its outline, the first row that matters, and the one after the
 last."""
+
+_FROM, _TO = 10, 11  # of these twelve, the rows
 
 _EIGHT = 8  # rows of a picture, or views, that a processor works on at once
 
@@ -156,34 +197,25 @@ def block_size(views):
 
 @inner_kernel
 def put_projection(m, place, blocks):
-    """Write a projection (2, 4) for the view at a place among others, as :func:`find_edges` takes
-    them: in each block of views, one number of all projections after the other."""
+    """Write a projection (2, 4) for the view at a place among others, as :func:`find_outlines`
+    takes them: in each block of views, one number of all projections after the other."""
     begin = place // BLOCK * (8 * BLOCK) + place % BLOCK
     for number in range(8):
         blocks[begin + number * BLOCK] = m[number // 4, number % 4]
 
 
-@inline_kernel
-def _put_edge(edge, edges, first, view):
-    edges[first * BLOCK + view] = edge[0]
-    edges[(first + 1) * BLOCK + view] = edge[1]
-    edges[(first + 2) * BLOCK + view] = edge[2]
-    edges[(first + 3) * BLOCK + view] = edge[3]
-    edges[(first + 4) * BLOCK + view] = edge[4]
-
-
 @inner_kernel
-def find_edges(p, q, r, triangle, blocks, begin, end, edges):
-    """What a triangle's edges are in the views at ``begin`` to ``end``, within one block.
+def find_outlines(p, q, r, triangle, blocks, begin, end, outlines):
+    """A triangle's outlines in the views at ``begin`` to ``end``, within one block.
 
-    ``edges`` (17 * 64,) float64 is overwritten: of each of three edges five numbers, for all views
+    ``outlines`` (12 * 64,) float64 is overwritten: ten numbers of an outline, each for all views
     one after the other, then the eights of rows that it or ``triangle`` (3, 3) may reach, from the
     first row to the one after the last.  A whole eight of views is looked at in the end: what is
     written for those past it means nothing.
     """
     block = blocks[begin // BLOCK * (8 * BLOCK) + begin % BLOCK :]
     for view in range((end - begin + _EIGHT - 1) & ~(_EIGHT - 1)):
-        one, two, three = _drawn_edges(
+        outline = _outline(
             p, q, r,
             (
                 block[view], block[BLOCK + view], block[2 * BLOCK + view],
@@ -191,9 +223,16 @@ def find_edges(p, q, r, triangle, blocks, begin, end, edges):
                 block[6 * BLOCK + view], block[7 * BLOCK + view],
             ),
         )  # fmt: skip
-        _put_edge(one, edges, 0, view)
-        _put_edge(two, edges, 5, view)
-        _put_edge(three, edges, 10, view)
+        outlines[view] = outline[0]
+        outlines[BLOCK + view] = outline[1]
+        outlines[2 * BLOCK + view] = outline[2]
+        outlines[3 * BLOCK + view] = outline[3]
+        outlines[4 * BLOCK + view] = outline[4]
+        outlines[5 * BLOCK + view] = outline[5]
+        outlines[6 * BLOCK + view] = outline[6]
+        outlines[7 * BLOCK + view] = outline[7]
+        outlines[8 * BLOCK + view] = outline[8]
+        outlines[9 * BLOCK + view] = outline[9]
         first, last = 64.0, 0.0
         for x, y, z in (p, q, r, corner(triangle, 0), corner(triangle, 1), corner(triangle, 2)):
             row = (
@@ -201,40 +240,41 @@ def find_edges(p, q, r, triangle, blocks, begin, end, edges):
                 + block[6 * BLOCK + view] * z + block[7 * BLOCK + view]
             )  # fmt: skip
             first, last = min(first, row), max(last, row)
-        edges[15 * BLOCK + view] = _EIGHT * np.floor(max(first, 0.0) / _EIGHT)
-        edges[16 * BLOCK + view] = _EIGHT * np.ceil(min(last, 64.0) / _EIGHT)
+        outlines[_FROM * BLOCK + view] = _EIGHT * np.floor(max(first, 0.0) / _EIGHT)
+        outlines[_TO * BLOCK + view] = _EIGHT * np.ceil(min(last, 64.0) / _EIGHT)
 
 
 @inline_kernel
-def _edge_of(edges, first, view):
+def _outline_of(outlines, view):
     return (
-        edges[first * BLOCK + view], edges[(first + 1) * BLOCK + view],
-        edges[(first + 2) * BLOCK + view], edges[(first + 3) * BLOCK + view],
-        edges[(first + 4) * BLOCK + view],
+        outlines[view], outlines[BLOCK + view], outlines[2 * BLOCK + view],
+        outlines[3 * BLOCK + view], outlines[4 * BLOCK + view], outlines[5 * BLOCK + view],
+        outlines[6 * BLOCK + view], outlines[7 * BLOCK + view], outlines[8 * BLOCK + view],
+        outlines[9 * BLOCK + view],
     )  # fmt: skip
 
 
 def _write_draw(builder: Any, *given: Any) -> Any:
     from simplifier.kernels.compiled.drawing import write_draw  # with llvmlite
 
-    return write_draw(builder, BLOCK, *given)
+    return write_draw(builder, BLOCK, _FROM, _TO, *given)
 
 
 @intrinsic(_write_draw)
-def _draw_found(edges, view, layers, height, own, new, eights):
+def _draw_found(outlines, view, layers, height, own, new, eights):
     del height
-    one, two, three = _edge_of(edges, 0, view), _edge_of(edges, 5, view), _edge_of(edges, 10, view)
+    outline = _outline_of(outlines, view)
     new[:64], eights[0], differs = 0, 0, np.uint64(0)
-    for row in range(int(edges[15 * BLOCK + view]), int(edges[16 * BLOCK + view])):
-        new[row] = edge_bits(one, row) ^ edge_bits(two, row) ^ edge_bits(three, row)
+    for row in range(int(outlines[_FROM * BLOCK + view]), int(outlines[_TO * BLOCK + view])):
+        new[row] = _outline_bits(outline, row)
         differs |= (all_but_one(layers, own, row) | new[row]) ^ layers[0, row]
         eights[0] |= np.uint64(new[row] != own[row]) << np.uint64(row // _EIGHT)
     return differs
 
 
 @inner_kernel
-def draw_found(edges, view, layers, own, new, eights):
-    """Draw a triangle in one of the views that :func:`find_edges` was asked for last.
+def draw_found(outlines, view, layers, own, new, eights):
+    """Draw a triangle in one of the views that :func:`find_outlines` was asked for last.
 
     ``new`` (64,) is overwritten.  ``own`` (64,) is the picture of the other triangle that it was
     given, and one of those that ``layers`` (2 + d, 64) count.  Returns the columns, as ones, in
@@ -242,7 +282,7 @@ def draw_found(edges, view, layers, own, new, eights):
     ``eights`` tells in which eights of rows the two pictures differ, as :func:`exchange_picture`
     takes it.
     """
-    return _draw_found(edges, view, layers, layers.shape[1], own, new, eights)
+    return _draw_found(outlines, view, layers, layers.shape[1], own, new, eights)
 
 
 @inline_kernel

@@ -49,7 +49,8 @@ def test_eight_edges_cross_as_in_python(length, turned):
             result = int(listed_by_machine(*given, found, len(found), 5))
             assert result == list_eight(*given, told, len(told), 5)
             count = result & 0xFFFFFFFF
-            assert np.array_equal(found[:count], told[:count])
+            # What counts in a view is summed up, so in which order it is listed does not matter.
+            assert np.array_equal(np.sort(found[:count]), np.sort(told[:count]))
             assert (found[count + 8 :] == -7).all()
             unsure.add(result >> 32)
             lengths.add(count - 5)

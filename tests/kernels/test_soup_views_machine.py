@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import platform
 import subprocess
 import sys
 
@@ -12,17 +11,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.kernels import soup_views
+from simplifier.kernels.compiled.processors import Processor, kinds_here
 from simplifier.kernels.soup_views import (
     BLOCK,
-    EDGE_NUMBERS,
     FRONT_ROWS,
+    OUTLINE_NUMBERS,
     UNIT,
     block_size,
     digit_count,
     draw_found,
     draw_triangle,
     exchange_picture,
-    find_edges,
+    find_outlines,
     put_projection,
     score_exchange,
     score_view,
@@ -118,7 +118,7 @@ def test_a_triangle_is_drawn_in_a_run_of_views(seed, views, height, size):
     """Its pictures are those of the triangle alone, also past the borders, and what each does to
     the union is told."""
     rng, turns = np.random.default_rng(seed), projections(views)
-    blocks, edges = np.empty(block_size(views)), np.empty(EDGE_NUMBERS * BLOCK)
+    blocks, outlines = np.empty(block_size(views)), np.empty(OUTLINE_NUMBERS * BLOCK)
     for view in range(views):
         put_projection(turns[view], view, blocks)
     before = rng.normal(size=(3, 3)) * 3.0 * size
@@ -126,7 +126,7 @@ def test_a_triangle_is_drawn_in_a_run_of_views(seed, views, height, size):
     after[rng.integers(3)] += rng.normal(size=3) * rng.choice([0.01, 1.0, 30.0])
     first = int(rng.integers(views))
     end = int(rng.integers(first, min(views, (first // BLOCK + 1) * BLOCK)) + 1)
-    find_edges(*map(tuple, after), before, blocks, first, end, edges)
+    find_outlines(*map(tuple, after), before, blocks, first, end, outlines)
     for view in range(first, end):
         own, alone = np.zeros((2, height), np.uint64)
         draw_triangle(*map(tuple, before), turns[view], own)
@@ -135,7 +135,7 @@ def test_a_triangle_is_drawn_in_a_run_of_views(seed, views, height, size):
         layers = counted(np.concatenate([own[None], others]))
         new, plainly = rng.integers(0, 2**64, (2, height), np.uint64)
         eights, plain_eights = np.full((2, 1), 99, np.uint64)
-        differs = draw_found(edges, view - first, layers, own, new, eights)
+        differs = draw_found(outlines, view - first, layers, own, new, eights)
         assert np.array_equal(new[:64], alone[:64])
         assert np.array_equal(unpacked(new[:64]), covered_pixels(after, turns[view]))
         rest = np.bitwise_or.reduce(others, axis=0)[:64]
@@ -144,7 +144,7 @@ def test_a_triangle_is_drawn_in_a_run_of_views(seed, views, height, size):
         rows = (new[:64] != own[:64]).reshape(8, 8).any(axis=1)
         assert eights[0] == sum(1 << k for k in np.flatnonzero(rows))
         assert differs == soup_views._draw_found(
-            edges, view - first, layers, height, own, plainly, plain_eights
+            outlines, view - first, layers, height, own, plainly, plain_eights
         )
         assert np.array_equal(plainly[:64], new[:64])
         assert plain_eights == eights
@@ -166,15 +166,14 @@ print(hashlib.sha256(scores.tobytes()).hexdigest())
 """
 
 
-@pytest.mark.skipif(platform.machine() != "x86_64", reason="names a processor of that kind")
 @pytest.mark.slow
-def test_scores_by_short_registers_are_the_same(tmp_path):
-    """Two images are measured at once only where registers hold both."""
+def test_scores_on_all_kinds_of_processors_are_the_same(tmp_path):
+    """How many images are measured at once, and how ones are counted, hangs on the registers."""
     found = set()
-    for name in ("", "x86-64-v3"):
+    for processor in (Processor.own(), *(one.processor for one in kinds_here() if one.runs_here())):
         done = subprocess.run(
             [sys.executable, "-c", DIGEST], text=True, capture_output=True, check=True, timeout=300,
-            env=environment(NUMBA_CPU_NAME=name, NUMBA_CACHE_DIR=str(tmp_path)),
+            env=environment(**processor.variables, NUMBA_CACHE_DIR=str(tmp_path)),
         )  # fmt: skip
         found.add(done.stdout)
     assert len(found) == 1

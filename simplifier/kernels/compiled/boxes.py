@@ -1,4 +1,4 @@
-"""LLVM's instructions that tell which triangles of a view have to be drawn, 16 at a time."""
+"""LLVM's instructions that tell which triangles of a view have to be drawn, 16 or 8 at a time."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import llvmlite.ir as ir
 from simplifier.kernels.compiled.control import repeat
 from simplifier.kernels.compiled.lanes import (
     CELL,
+    LANES,
     WORD,
     append,
     constant,
@@ -25,9 +26,10 @@ from simplifier.kernels.compiled.lanes import (
     word_of,
 )
 
-LANES = 16
-_CELLS = ir.VectorType(CELL, LANES)
-_WORDS = ir.VectorType(WORD, LANES)
+_LANES = 2 * LANES  # of numbers of 32 bits, which fill a register
+_GROUP = ir.VectorType(CELL, 16)
+_CELLS = ir.VectorType(CELL, _LANES)
+_WORDS = ir.VectorType(WORD, _LANES)
 _NEITHER = constant(flags_of(_CELLS), 0)
 _EACH = constant(flags_of(_CELLS), 1)
 
@@ -36,15 +38,15 @@ def write_list_pictured(
     builder: Any, stride: int, cells: Any, faces: Any, begin: Any, listed: Any, count: Any
 ) -> Any:
     """As :func:`~..faces.list_pictured` says; ``stride`` faces have room in ``listed``."""
-    for group in range(0, 64, LANES):
+    for group in range(0, 64, 16):
         first = builder.mul(builder.add(begin, WORD(group)), WORD(3))
         corners = _corners(builder, builder.gep(faces, [first]))
-        p, q, r = (gathered(builder, _CELLS, cells, _bytes(builder, one, 4)) for one in corners)
+        p, q, r = (gathered(builder, _GROUP, cells, _bytes(builder, one, 4)) for one in corners)
         differ = builder.or_(builder.xor(p, q), builder.xor(p, r))
-        columns = builder.and_(differ, constant(_CELLS, 0xFFFF))
+        columns = builder.and_(differ, constant(_GROUP, 0xFFFF))
         pictured = builder.and_(
-            builder.icmp_unsigned("!=", columns, constant(_CELLS, 0)),
-            builder.icmp_unsigned(">", differ, constant(_CELLS, 0xFFFF)),
+            builder.icmp_unsigned("!=", columns, constant(_GROUP, 0)),
+            builder.icmp_unsigned(">", differ, constant(_GROUP, 0xFFFF)),
         )
         count = append(builder, [*corners, p, q, r], pictured, listed, count, stride)
     return count
@@ -55,6 +57,21 @@ def write_list_bare(
     bare: Any, count: Any,
 ) -> Any:  # fmt: skip
     """As :func:`~..faces.list_bare` says."""
+    large = WORD(0)
+    for part in range(0, 16, _LANES):
+        first = builder.add(begin, WORD(part))
+        count, more = _list_bare(
+            builder, stride, listed, first, mask, words, most_rows, bare, count
+        )  # fmt: skip
+        large = builder.or_(large, builder.shl(more, WORD(part)))
+    return builder.or_(count, builder.shl(large, WORD(32)))
+
+
+def _list_bare(
+    builder: Any, stride: int, listed: Any, begin: Any, mask: Any, words: Any, most_rows: Any,
+    bare: Any, count: Any,
+) -> Sequence[Any]:  # fmt: skip
+    """How many are listed after a vector of faces, and a bit for each large one."""
     rows = loaded_rows(builder, _CELLS, listed, begin, stride, 6)
     bottom, top, left, right = _box(builder, rows[3:])
     window = write_window(builder, left, spread(builder, builder.trunc(words, CELL), _CELLS))
@@ -88,8 +105,7 @@ def write_list_bare(
     begun = [constant(_CELLS, 0), first, small, _NEITHER]
     *_, lacking = repeat(builder, is_set(builder, small), begun, look)
     count = append(builder, rows, lacking, bare, count, stride)
-    large = word_of(builder, builder.xor(small, _EACH))
-    return builder.or_(count, builder.shl(large, WORD(32)))
+    return count, word_of(builder, builder.xor(small, _EACH))
 
 
 def write_window(builder: Any, left: Any, words: Any) -> Any:
@@ -102,13 +118,13 @@ def write_window(builder: Any, left: Any, words: Any) -> Any:
 
 def _corners(builder: Any, address: Any) -> list[Any]:
     """The first, second and third corners of 16 faces, which lie one after the other."""
-    kind = ir.VectorType(CELL, 3 * LANES)
+    kind = ir.VectorType(CELL, 48)
     whole = loaded(builder, kind, address)
     return [
         builder.shuffle_vector(
             whole,
             ir.Constant(kind, ir.Undefined),
-            ir.Constant(_CELLS, [3 * lane + corner for lane in range(LANES)]),
+            ir.Constant(_GROUP, [3 * lane + corner for lane in range(16)]),
         )
         for corner in range(3)
     ]
@@ -116,7 +132,8 @@ def _corners(builder: Any, address: Any) -> list[Any]:
 
 def _bytes(builder: Any, places: Any, size: int) -> Any:
     """How far into an array numbers of that size lie."""
-    return builder.mul(builder.zext(places, _WORDS), constant(_WORDS, size))
+    kind = ir.VectorType(WORD, places.type.count)
+    return builder.mul(builder.zext(places, kind), constant(kind, size))
 
 
 def _box(builder: Any, cells: Sequence[Any]) -> Sequence[Any]:

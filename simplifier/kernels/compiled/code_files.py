@@ -28,9 +28,9 @@ SHIPPED = KERNELS / "machine_code"
 """What a wheel or an image brings along; a checkout has none."""
 _IMPORT = re.compile(r"^from simplifier\.kernels\.(\w+) import", re.MULTILINE)
 _MADE_BY = (
-    "boxes.py", "building.py", "control.py", "crossings.py", "drawing.py", "edges.py",
-    "erosion.py", "intrinsic.py", "kernel.py", "lanes.py", "lowering.py", "processors.py",
-    "rows.py", "small_faces.py",
+    "boxes.py", "building.py", "control.py", "counting.py", "crossings.py", "drawing.py",
+    "edges.py", "erosion.py", "intrinsic.py", "kernel.py", "lanes.py", "lowering.py",
+    "processors.py", "rows.py", "small_faces.py", "turned_erosion.py",
 )  # fmt: skip
 """Whose changes change the code."""
 

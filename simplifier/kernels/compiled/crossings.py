@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from functools import reduce
+from typing import Any, NamedTuple
 
 import llvmlite.ir as ir
 
@@ -27,6 +28,7 @@ from simplifier.kernels.compiled.lanes import (
     spread,
 )
 
+_EIGHT = 8
 _POINT = 24  # bytes
 _EDGE = 16
 
@@ -41,57 +43,94 @@ def write_list_eight(
         spread(builder, builder.load(builder.gep(view, [WORD(place)])), NUMBERS)
         for place in range(10)
     ]
-    columns, height = numbers[8:]
-    named = loaded(builder, CELLS, builder.gep(some, [begin]))
+    back = spread(builder, builder.sub(CELL(0), builder.trunc(turned, CELL)), CELLS)
+    parts, matters, needed = [], [], builder.add(used, WORD(_EIGHT))
+    for part in range(0, _EIGHT, LANES):
+        named = loaded(builder, CELLS, builder.gep(some, [builder.add(begin, WORD(part))]))
+        there = builder.icmp_unsigned("<", _counted_from(part), spread(builder, left, WORDS))
+        found, close = _upright(builder, vertices, edges, named, there, numbers, near, far)
+        found = found._replace(less=builder.xor(found.less, back))
+        lengths = builder.sub(found.end, found.begin)
+        lengths = builder.select(found.crosses, lengths, constant(CELLS, 0))
+        total = call(builder, "vector.reduce.add", CELL, lengths)
+        needed = builder.add(needed, builder.zext(total, WORD))
+        parts.append(found)
+        matters.append(is_set(builder, builder.and_(found.crosses, close)))
+    fits = builder.icmp_unsigned("<=", needed, room)
+    count = used
+    for found in parts:
+        count = _list(builder, found, numbers[8:], fits, crossings, count)
+    told = builder.select(reduce(builder.or_, matters), WORD(unsure), WORD(0))
+    return builder.select(fits, builder.or_(count, told), WORD(no_room))
+
+
+class _Edges(NamedTuple):
+    """Edges from their lower ends on, vectors."""
+
+    crosses: Any  # any row, flags
+    less: Any  # all ones where rows count less to their left, had they not been turned
+    begin: Any  # the first row
+    end: Any  # and the one after the last
+    ends: Sequence[Any]  # x and y of the lower end, and of the upper one
+
+
+def _counted_from(first: int) -> Any:
+    return ir.Constant(WORDS, [first + lane for lane in range(LANES)])
+
+
+def _upright(
+    builder: Any, vertices: Any, edges: Any, named: Any, there: Any, numbers: Sequence[Any],
+    near: float, far: float,
+) -> tuple[_Edges, Any]:  # fmt: skip
+    """The edges ``named`` that are ``there``, and flags of where rounding matters."""
     turn = builder.ashr(named, constant(CELLS, 31))
     edge = builder.zext(builder.xor(named, turn), WORDS)
-    ends = gathered(builder, WORDS, edges, builder.mul(edge, constant(WORDS, _EDGE)))
-    low, high = (
+    both = gathered(builder, WORDS, edges, builder.mul(edge, constant(WORDS, _EDGE)))
+    one, other = (
         _projected(builder, vertices, vertex, numbers)
         for vertex in (
-            builder.and_(ends, constant(WORDS, 0xFFFFFFFF)),
-            builder.lshr(ends, constant(WORDS, 32)),
+            builder.and_(both, constant(WORDS, 0xFFFFFFFF)),
+            builder.lshr(both, constant(WORDS, 32)),
         )
     )
-    first, last = (cell_of(builder, y, height) for _, y in (low, high))
-    lanes = ir.Constant(WORDS, list(range(LANES)))
-    crosses = builder.and_(
-        builder.icmp_unsigned("<", lanes, spread(builder, left, WORDS)),
-        builder.icmp_unsigned("!=", first, last),
-    )
-    close = builder.or_(*(_on_centre(builder, x, y, near, far) for x, y in (low, high)))
-    matters = builder.and_(crosses, close)
-
+    first, last = (cell_of(builder, y, numbers[9]) for _, y in (one, other))
+    close = builder.or_(*(_on_centre(builder, x, y, near, far) for x, y in (one, other)))
     falls = builder.icmp_unsigned(">", first, last)
-    (low_x, low_y), (high_x, high_y) = (
-        [builder.select(falls, b, a) for a, b in zip(one, other, strict=True)]
-        for one, other in ((low, high), (high, low))
+    ends = [
+        builder.select(falls, b, a)
+        for pair in ((one, other), (other, one))
+        for a, b in zip(*pair, strict=True)
+    ]
+    found = _Edges(
+        builder.and_(there, builder.icmp_unsigned("!=", first, last)),
+        builder.xor(turn, builder.select(falls, constant(CELLS, 0), constant(CELLS, -1))),
+        least(builder, first, last),
+        greatest(builder, first, last),
+        ends,
     )
-    begins, end = least(builder, first, last), greatest(builder, first, last)
-    less = builder.xor(
-        turn, spread(builder, builder.sub(CELL(0), builder.trunc(turned, CELL)), CELLS)
-    )
-    less = builder.xor(less, builder.select(falls, constant(CELLS, 0), constant(CELLS, -1)))
-    rows = builder.fptosi(height, CELLS)
+    return found, close
 
-    lengths = builder.select(crosses, builder.sub(end, begins), constant(CELLS, 0))
-    total = builder.zext(call(builder, "vector.reduce.add", CELL, lengths), WORD)
-    needed = builder.add(builder.add(used, total), WORD(LANES))
-    fits = builder.icmp_unsigned("<=", needed, room)
+
+def _list(
+    builder: Any, edges: _Edges, size: Sequence[Any], fits: Any, crossings: Any, used: Any
+) -> Any:
+    """List the crossings of edges if they fit behind ``used`` others; how many there are then."""
+    columns, height = size
+    low_x, low_y, high_x, high_y = edges.ends
+    rows = builder.fptosi(height, CELLS)
 
     def cross(row: Any, y: Any, active: Any, count: Any) -> Sequence[Any]:
         x = crossing(builder, low_x, low_y, high_x, high_y, y)
         place = builder.add(builder.mul(cell_of(builder, x, columns), rows), row)
-        count = append(builder, [builder.xor(place, less)], active, crossings, count)
+        count = append(builder, [builder.xor(place, edges.less)], active, crossings, count)
         row = builder.add(row, constant(CELLS, 1))
-        active = builder.and_(active, builder.icmp_unsigned("<", row, end))
+        active = builder.and_(active, builder.icmp_unsigned("<", row, edges.end))
         y = builder.fadd(y, constant(NUMBERS, 1.0))
         return is_set(builder, active), row, y, active, count
 
-    begun = [begins, builder.uitofp(begins, NUMBERS), crosses, used]
-    *_, count = repeat(builder, builder.and_(fits, is_set(builder, crosses)), begun, cross)
-    told = builder.select(is_set(builder, matters), WORD(unsure), WORD(0))
-    return builder.select(fits, builder.or_(count, told), WORD(no_room))
+    begun = [edges.begin, builder.uitofp(edges.begin, NUMBERS), edges.crosses, used]
+    some = builder.and_(fits, is_set(builder, edges.crosses))
+    return repeat(builder, some, begun, cross)[-1]
 
 
 def _projected(builder: Any, vertices: Any, vertex: Any, numbers: Sequence[Any]) -> Sequence[Any]:

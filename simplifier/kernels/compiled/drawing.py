@@ -6,15 +6,17 @@ compiler of each pair of arrays whether they share memory, which takes as long a
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from typing import Any
 
 import llvmlite.ir as ir
 
 from simplifier.kernels.compiled.control import repeat
-from simplifier.kernels.compiled.lanes import LANES, NUMBERS, WORD, call, constant, spread
+from simplifier.kernels.compiled.lanes import NUMBER, WORD, call, constant, spread
 from simplifier.kernels.compiled.rows import (
     ALL,
+    EIGHT,
     NOTHING,
     ROWS,
     all_but_one,
@@ -25,45 +27,45 @@ from simplifier.kernels.compiled.rows import (
 )
 
 _TRUE = ir.IntType(1)(1)
-_IN_A_WORD = constant(ROWS, 63)
+_NUMBERS = ir.VectorType(NUMBER, EIGHT)
 _EXPONENT = 2.0**52  # a whole number below it is in the last bits of the sum
+_RAISED_NOUGHT = constant(ROWS, struct.unpack("q", struct.pack("d", _EXPONENT))[0])
 
 
 def write_draw(
-    builder: Any, block: int, edges: Any, view: Any, layers: Any, height: Any, own: Any, new: Any,
-    eights: Any,
+    builder: Any, block: int, from_row: int, to_row: int, outlines: Any, view: Any, layers: Any,
+    height: Any, own: Any, new: Any, eights: Any,
 ) -> Any:  # fmt: skip
-    """As :func:`~..soup_views.draw_found` says; ``block`` views have a number after the other."""
+    """As :func:`~..soup_views.draw_found` says.
+
+    ``block`` views have a number of their outlines after the other; ``from_row`` and ``to_row`` are
+    the numbers of the rows that matter.
+    """
 
     def number(place: int) -> Any:
-        return builder.load(builder.gep(edges, [builder.add(view, WORD(place * block))]))
+        return builder.load(builder.gep(outlines, [builder.add(view, WORD(place * block))]))
 
-    outlines = [
-        [spread(builder, number(5 * edge + which), NUMBERS) for which in range(5)]
-        for edge in range(3)
-    ]
-    first, end = (builder.fptosi(number(place), WORD) for place in (15, 16))
-    middles = ir.Constant(NUMBERS, [row + 0.5 for row in range(LANES)])
-    middles = builder.fadd(spread(builder, number(15), NUMBERS), middles)
+    outline = [spread(builder, number(place), _NUMBERS) for place in range(10)]
+    first, end = (builder.fptosi(number(place), WORD) for place in (from_row, to_row))
+    middles = ir.Constant(_NUMBERS, [row + 0.5 for row in range(EIGHT)])
+    middles = builder.fadd(spread(builder, number(from_row), _NUMBERS), middles)
     twice = place_of(builder, layers, height)
-    for begin in range(0, 64, LANES):
+    for begin in range(0, 64, EIGHT):
         store_rows(builder, NOTHING, place_of(builder, new, begin))
 
     def draw(row: Any, middle: Any, differs: Any, changed: Any) -> Sequence[Any]:
-        bits = NOTHING
-        for outline in outlines:
-            bits = builder.xor(bits, _right_of(builder, outline, middle))
+        bits = _bits(builder, outline, middle)
         store_rows(builder, bits, place_of(builder, new, row))
         here, once, more = (
             load_rows(builder, place_of(builder, image, row)) for image in (own, layers, twice)
         )
         union = builder.or_(all_but_one(builder, once, more, here), bits)
         moved = builder.zext(is_any(builder, builder.xor(bits, here)), WORD)
-        following = builder.add(row, WORD(LANES))
+        following = builder.add(row, WORD(EIGHT))
         return (
             builder.icmp_signed("<", following, end),
             following,
-            builder.fadd(middle, constant(NUMBERS, float(LANES))),
+            builder.fadd(middle, constant(_NUMBERS, float(EIGHT))),
             builder.or_(differs, builder.xor(union, once)),
             builder.or_(changed, builder.shl(moved, builder.lshr(row, WORD(3)))),
         )
@@ -74,23 +76,31 @@ def write_draw(
     return call(builder, "vector.reduce.or", WORD, differs)
 
 
-def _right_of(builder: Any, edge: Any, middle: Any) -> Any:
-    """As :func:`~..bit_image.edge_bits`, of eight rows by their middles."""
-    start, top, slope, first, last = edge
-    column = builder.fadd(start, builder.fmul(builder.fsub(middle, top), slope))
-    column = call(builder, "ceil", NUMBERS, column)
-    nought = constant(NUMBERS, 0.0)
+def _bits(builder: Any, outline: Any, middle: Any) -> Any:
+    """As :func:`~..soup_views._outline_bits`, of several rows by their middles."""
+    start, top, long, upper, middle_start, middle_top, lower, first, split, last = outline
+    down = builder.fsub(middle, top)
+    one = builder.fadd(start, builder.fmul(down, long))
+    above = builder.fadd(start, builder.fmul(down, upper))
+    below = builder.fmul(builder.fsub(middle, middle_top), lower)
+    below = builder.fadd(middle_start, below)
+    two = builder.select(builder.fcmp_ordered("<", middle, split), above, below)
     passes = builder.and_(
-        builder.fcmp_ordered(">", middle, first),
-        builder.and_(
-            builder.fcmp_ordered("<", middle, last),
-            builder.fcmp_ordered("<", column, constant(NUMBERS, 64.0)),
-        ),
+        builder.fcmp_ordered(">", middle, first), builder.fcmp_ordered("<", middle, last)
     )
+    bits = builder.xor(_right_of(builder, one), _right_of(builder, two))
+    return builder.select(passes, bits, NOTHING)
+
+
+def _right_of(builder: Any, column: Any) -> Any:
+    """The pixels of rows with their centre right of a column."""
+    column = call(builder, "ceil", _NUMBERS, column)
+    nought = constant(_NUMBERS, 0.0)
     column = builder.select(builder.fcmp_ordered(">", column, nought), column, nought)
-    raised = builder.fadd(column, constant(NUMBERS, _EXPONENT))
-    shift = builder.and_(builder.bitcast(raised, ROWS), _IN_A_WORD)
-    return builder.select(passes, builder.shl(ALL, shift), NOTHING)
+    raised = builder.fadd(column, constant(_NUMBERS, _EXPONENT))
+    shift = builder.xor(builder.bitcast(raised, ROWS), _RAISED_NOUGHT)
+    inside = builder.fcmp_ordered("<", column, constant(_NUMBERS, 64.0))
+    return builder.select(inside, builder.shl(ALL, shift), NOTHING)
 
 
 def write_exchange(

@@ -9,12 +9,13 @@ loop over the rows.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import accumulate
+from functools import reduce
 from typing import Any
 
 import llvmlite.ir as ir
 
 from simplifier.kernels.compiled.control import merged
+from simplifier.kernels.compiled.counting import ones_of
 from simplifier.kernels.compiled.lanes import CELLS, WORD, call, constant
 from simplifier.kernels.compiled.processors import Processor
 from simplifier.kernels.compiled.rows import (
@@ -26,6 +27,7 @@ from simplifier.kernels.compiled.rows import (
     load_image,
     place_of,
 )
+from simplifier.kernels.compiled.turned_erosion import measure_turned
 
 _ONE = constant(ROWS, 1)
 
@@ -66,10 +68,9 @@ def _score(
     there = load_image(builder, original)
     part = [builder.and_(rows, others) for rows, others in zip(whole, there, strict=True)]
     beside = [builder.xor(rows, inside) for rows, inside in zip(whole, part, strict=True)]
-    outside = call(builder, "vector.reduce.add", WORD, _areas(builder, beside))
     within, beyond = (builder.append_basic_block(name) for name in ("within", "beyond"))
     scored = builder.append_basic_block("scored")
-    builder.cbranch(builder.icmp_unsigned("==", outside, WORD(0)), within, beyond)
+    builder.cbranch(is_any(builder, reduce(builder.or_, beside)), beyond, within)
 
     builder.position_at_end(within)
     all_right = builder.mul(WORD(unit), _measures(builder, [whole], steps)[0])
@@ -77,13 +78,10 @@ def _score(
     builder.branch(scored)
 
     builder.position_at_end(beyond)
-    if Processor.chosen().has_wide_registers:
-        both, right = _measures(builder, [whole, part], steps)
-    else:
-        (both,), (right,) = (_measures(builder, [image], steps) for image in (whole, part))
+    both, right = _measures(builder, [whole, part], steps)
     worth = builder.mul(WORD(unit), right)
     worth = builder.sub(worth, builder.mul(price, builder.sub(both, right)))
-    worth = builder.sub(worth, builder.mul(fine, outside))
+    worth = builder.sub(worth, builder.mul(fine, ones_of(builder, beside)))
     beyond = builder.basic_block
     builder.branch(scored)
 
@@ -98,6 +96,8 @@ def _measures(builder: Any, images: Sequence[Vectors], steps: str) -> Sequence[A
 
     A loop over ``steps`` that ends with the first image in which nothing is left.
     """
+    if not Processor.chosen().counts_ones:
+        return [measure_turned(builder, image, steps) for image in images]
     firsts = [_areas(builder, image) for image in images]
     entry = builder.basic_block
     begin, end = builder.append_basic_block("begin"), builder.append_basic_block("end")
@@ -146,5 +146,4 @@ def _eroded(builder: Any, image: Vectors, step: str) -> Vectors:
 
 def _areas(builder: Any, image: Vectors) -> Any:
     """Ones in every eighth row, a vector."""
-    ones = (call(builder, "ctpop", ROWS, rows) for rows in image)
-    return list(accumulate(ones, builder.add))[-1]
+    return reduce(builder.add, (call(builder, "ctpop", ROWS, rows) for rows in image))

@@ -13,8 +13,9 @@ from simplifier.kernels.compiled.processors import Processor
 
 BIT, CELL, WORD, NUMBER = ir.IntType(1), ir.IntType(32), ir.IntType(64), ir.DoubleType()
 
-LANES = 8
-"""Of the vectors that most is done with: of float64 they fill a register of 512 bits."""
+LANES = 8 if Processor.chosen().has_wide_registers else 4
+"""Of the vectors that most is done with: of float64 they fill a register.  Of longer ones the
+compiler packs and unpacks the flags of each register, which takes longer than what they tell."""
 
 CELLS, WORDS, NUMBERS = (ir.VectorType(kind, LANES) for kind in (CELL, WORD, NUMBER))
 
@@ -65,12 +66,17 @@ def loaded_rows(
 def gathered(
     builder: Any, kind: Any, address: Any, offsets: Any, flags: Any = None, align: int = 4
 ) -> Any:
-    """What lies ``offsets`` bytes, a vector of uint64, behind an address; 0 where no flag is."""
+    """What lies ``offsets`` bytes, a vector of uint64, behind an address; anything where there
+    are flags, but no flag."""
+    if flags is not None and not Processor.chosen().gathers:
+        # The compiler loads lane by lane, and jumps over each without a flag.
+        offsets = builder.select(flags, offsets, constant(offsets.type, 0))
+        flags = None
     base = spread(builder, builder.ptrtoint(address, WORD), offsets.type)
     pointers = ir.VectorType(kind.element.as_pointer(), kind.count)
     places = builder.inttoptr(builder.add(base, offsets), pointers)
     some = constant(flags_of(kind), 1) if flags is None else flags
-    otherwise = ir.Constant(kind, ir.Undefined) if flags is None else constant(kind, 0)
+    otherwise = ir.Constant(kind, ir.Undefined)
     name = f"masked.gather.{_letters(kind)}.v{kind.count}p0"
     return _call(builder, name, kind, places, CELL(align), some, otherwise)
 
@@ -83,8 +89,18 @@ def append(
     ``rows`` are vectors of one kind; the list of the next one is ``stride`` numbers further on.  As
     many numbers as there are lanes are written at most, whatever the flags.
     """
-    if not Processor.chosen().has_wide_registers:
-        return _append_one_by_one(builder, rows, flags, listed, count, stride)
+    if Processor.chosen().has_wide_registers:
+        append_some = _append_by_flags
+    elif Processor.chosen().moves_bytes:
+        append_some = _append_by_table
+    else:
+        append_some = _append_one_by_one
+    return append_some(builder, rows, flags, listed, count, stride)
+
+
+def _append_by_flags(
+    builder: Any, rows: Sequence[Any], flags: Any, listed: Any, count: Any, stride: int
+) -> Any:
     for row, values in enumerate(rows):
         place = builder.gep(listed, [builder.add(count, WORD(stride * row))])
         undefined = ir.Constant(values.type, ir.Undefined)
@@ -94,11 +110,46 @@ def append(
     return builder.add(count, builder.ctpop(word_of(builder, flags)))
 
 
+def _append_by_table(
+    builder: Any, rows: Sequence[Any], flags: Any, listed: Any, count: Any, stride: int
+) -> Any:
+    """Four lanes of 32 bits at a time, by an instruction that moves bytes."""
+    word, table = word_of(builder, flags), _moves(builder.module)
+    for part in range(0, flags.type.count, 4):
+        four = builder.and_(builder.lshr(word, WORD(part)), WORD(15))
+        order = builder.load(builder.gep(table, [WORD(0), four]))
+        for row, values in enumerate(rows):
+            lanes = ir.Constant(ir.VectorType(CELL, 4), list(range(part, part + 4)))
+            some = builder.bitcast(builder.shuffle_vector(values, values, lanes), _OCTETS)
+            kept = _call(builder, "x86.ssse3.pshuf.b.128", _OCTETS, some, order)
+            place = builder.gep(listed, [builder.add(count, WORD(stride * row))])
+            builder.store(kept, builder.bitcast(place, _OCTETS.as_pointer()), align=4)
+        count = builder.add(count, builder.ctpop(four))
+    return count
+
+
+_OCTETS = ir.VectorType(ir.IntType(8), 16)
+
+
+def _moves(module: Any) -> Any:
+    """A table: by the flags of four lanes, where each byte of those with one is to come from."""
+    name = "moves_of_four_lanes"
+    if name not in module.globals:
+        orders = []
+        for flags in range(16):
+            lanes = [lane for lane in range(4) if flags >> lane & 1]
+            octets = [4 * lane + octet for lane in lanes for octet in range(4)]
+            orders.append(ir.Constant(_OCTETS, octets + [0] * (16 - len(octets))))
+        table = ir.GlobalVariable(module, ir.ArrayType(_OCTETS, len(orders)), name)
+        table.initializer = ir.Constant(table.value_type, orders)
+        table.global_constant, table.linkage = True, "internal"
+    return module.globals[name]
+
+
 def _append_one_by_one(
     builder: Any, rows: Sequence[Any], flags: Any, listed: Any, count: Any, stride: int
 ) -> Any:
-    """Where no instruction moves lanes next to each other: what stands for it takes twice as
-    long."""
+    """Where nothing moves lanes next to each other: what stands for it takes twice as long."""
     kind = rows[0].type
     with builder.goto_entry_block():
         scratch = builder.alloca(kind, size=len(rows))

@@ -35,6 +35,11 @@ class Processor:
         return self.name == "x86-64-v4" or "+avx512f" in self.features
 
     @property
+    def gathers(self) -> bool:
+        """Into a wide register, numbers from anywhere, by one instruction that takes flags."""
+        return self.has_wide_registers and "+prefer-no-gather" not in self.features
+
+    @property
     def moves_bytes(self) -> bool:
         """To any place in a register of 128 bits, by one instruction of x86's."""
         return self.name.startswith("x86-64-v") or "+ssse3" in self.features

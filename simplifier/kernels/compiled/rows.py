@@ -9,9 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from simplifier.kernels.compiled.lanes import LANES, WORD, WORDS, call, constant
+import llvmlite.ir as ir
 
-ROWS = WORDS
+from simplifier.kernels.compiled.lanes import WORD, call, constant
+
+EIGHT = 8
+ROWS = ir.VectorType(WORD, EIGHT)
 NOTHING = constant(ROWS, 0)
 ALL = constant(ROWS, -1)
 Vectors = Sequence[Any]
@@ -30,7 +33,7 @@ def load_rows(builder: Any, place: Any) -> Any:
 
 def load_image(builder: Any, address: Any) -> Vectors:
     """An image from an address on."""
-    return [load_rows(builder, place_of(builder, address, row)) for row in range(0, 64, LANES)]
+    return [load_rows(builder, place_of(builder, address, row)) for row in range(0, 64, EIGHT)]
 
 
 def store_rows(builder: Any, rows: Any, place: Any) -> None:

@@ -36,6 +36,19 @@ def write_draw_eight(
     words: Any,
 ) -> Any:  # fmt: skip
     """As :func:`~..faces.draw_eight` says; ``stride`` faces have room in ``listed``."""
+    told = WORD(0)
+    for part in range(0, 8, LANES):
+        first = builder.add(begin, WORD(part))
+        beyond = _draw(builder, stride, points, listed, first, columns, mask, words)
+        told = builder.or_(told, builder.shl(beyond, WORD(part)))
+    return told
+
+
+def _draw(
+    builder: Any, stride: int, points: Any, listed: Any, begin: Any, columns: Any, mask: Any,
+    words: Any,
+) -> Any:  # fmt: skip
+    """A bit for each of as many faces as there are lanes: those that are not drawn."""
     corners, cells = _listed(builder, stride, listed, begin)
     bottom, bend, top, low, middle, high = _rows_of(builder, corners, cells)
     across = [builder.and_(one, constant(WORDS, 0xFFFF)) for one in cells]
@@ -91,7 +104,7 @@ def write_draw_eight(
 
 
 def _listed(builder: Any, stride: int, listed: Any, begin: Any) -> tuple[list[Any], list[Any]]:
-    """The vertices of eight faces' corners, and the cells of these."""
+    """The vertices of faces' corners, and the cells of these."""
     lists = loaded_rows(builder, CELLS, listed, begin, stride, 6)
     rows = [builder.zext(one, WORDS) for one in lists]
     return rows[:3], rows[3:]

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.kernels import soup_views
-from simplifier.kernels.compiled.processors import Processor, kinds_here
 from simplifier.kernels.soup_views import (
     BLOCK,
     FRONT_ROWS,
@@ -28,7 +24,6 @@ from simplifier.kernels.soup_views import (
     score_view,
 )
 from simplifier.refinement.annealing import empty_pictures
-from tests.acceptance.command import environment
 from tests.kernels.bits import blob, packed, unpacked
 from tests.kernels.test_soup_views import covered_pixels, drawn, projections, soup
 
@@ -148,32 +143,3 @@ def test_a_triangle_is_drawn_in_a_run_of_views(seed, views, height, size):
         )
         assert np.array_equal(plainly[:64], new[:64])
         assert plain_eights == eights
-
-
-DIGEST = """
-import hashlib
-import numpy as np
-from simplifier.kernels.soup_views import score_unions
-
-rng = np.random.default_rng(4)
-unions, originals = (rng.integers(0, 2**64, (2, 300, 64), np.uint64)
-                     | rng.integers(0, 2**64, (2, 300, 64), np.uint64)
-                     | rng.integers(0, 2**64, (2, 300, 64), np.uint64))
-originals[::3] |= unions[::3]
-scores = np.empty(300, np.int64)
-score_unions(unions, originals, 8, rng.integers(0, 99, (300, 2)), scores)
-print(hashlib.sha256(scores.tobytes()).hexdigest())
-"""
-
-
-@pytest.mark.slow
-def test_scores_on_all_kinds_of_processors_are_the_same(tmp_path):
-    """How many images are measured at once, and how ones are counted, hangs on the registers."""
-    found = set()
-    for processor in (Processor.own(), *(one.processor for one in kinds_here() if one.runs_here())):
-        done = subprocess.run(
-            [sys.executable, "-c", DIGEST], text=True, capture_output=True, check=True, timeout=300,
-            env=environment(**processor.variables, NUMBA_CACHE_DIR=str(tmp_path)),
-        )  # fmt: skip
-        found.add(done.stdout)
-    assert len(found) == 1

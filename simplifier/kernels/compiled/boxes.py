@@ -21,6 +21,7 @@ from simplifier.kernels.compiled.lanes import (
     least,
     loaded,
     loaded_rows,
+    moved,
     run_of_ones,
     spread,
     word_of,
@@ -120,14 +121,7 @@ def _corners(builder: Any, address: Any) -> list[Any]:
     """The first, second and third corners of 16 faces, which lie one after the other."""
     kind = ir.VectorType(CELL, 48)
     whole = loaded(builder, kind, address)
-    return [
-        builder.shuffle_vector(
-            whole,
-            ir.Constant(kind, ir.Undefined),
-            ir.Constant(_GROUP, [3 * lane + corner for lane in range(16)]),
-        )
-        for corner in range(3)
-    ]
+    return [moved(builder, whole, whole, range(corner, 48, 3)) for corner in range(3)]
 
 
 def _bytes(builder: Any, places: Any, size: int) -> Any:

@@ -8,17 +8,17 @@ loop over the rows.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import reduce
+from itertools import chain
 from typing import Any
 
-import llvmlite.ir as ir
-
-from simplifier.kernels.compiled.control import merged
+from simplifier.kernels.compiled.control import merged, repeat
 from simplifier.kernels.compiled.counting import ones_of
-from simplifier.kernels.compiled.lanes import CELLS, WORD, call, constant
+from simplifier.kernels.compiled.lanes import WORD, call, constant, moved
 from simplifier.kernels.compiled.processors import Processor
 from simplifier.kernels.compiled.rows import (
+    EIGHT,
     NOTHING,
     ROWS,
     Vectors,
@@ -98,44 +98,36 @@ def _measures(builder: Any, images: Sequence[Vectors], steps: str) -> Sequence[A
     """
     if not Processor.chosen().counts_ones:
         return [measure_turned(builder, image, steps) for image in images]
+    count = len(images)
+
+    def erode(step: str) -> Callable[..., Sequence[Any]]:
+        def write(*values: Any) -> Sequence[Any]:
+            so_far, rows = values[:count], values[count:]
+            eroded = [
+                _eroded(builder, rows[EIGHT * one : EIGHT * (one + 1)], step)
+                for one in range(count)
+            ]
+            left = [_areas(builder, image) for image in eroded]
+            areas = [builder.add(*both) for both in zip(so_far, left, strict=True)]
+            return is_any(builder, left[0]), *areas, *chain(*eroded)
+
+        return write
+
     firsts = [_areas(builder, image) for image in images]
-    entry = builder.basic_block
-    begin, end = builder.append_basic_block("begin"), builder.append_basic_block("end")
-    builder.cbranch(is_any(builder, firsts[0]), begin, end)
-    builder.position_at_end(begin)
-    at_begin = [[merged(builder, ROWS, entry, rows) for rows in image] for image in images]
-    so_far = [merged(builder, ROWS, entry, NOTHING) for _ in images]
-    images, areas, ends = at_begin, so_far, []
-    for step in steps:
-        images = [_eroded(builder, image, step) for image in images]
-        left = [_areas(builder, image) for image in images]
-        areas = [builder.add(so_far, now) for so_far, now in zip(areas, left, strict=True)]
-        ends.append((areas, builder.basic_block))
-        following = builder.append_basic_block(step) if len(ends) < len(steps) else begin
-        builder.cbranch(is_any(builder, left[0]), following, end)
-        builder.position_at_end(following)
-    last, block = ends[-1]
-    for values, found in zip((*at_begin, so_far), (*images, last), strict=True):
-        for value, rows in zip(values, found, strict=True):
-            value.add_incoming(rows, block)
-    builder.position_at_end(end)
-    totals = [merged(builder, ROWS, entry, NOTHING) for _ in images]
-    for found, block in ends:
-        for total, areas in zip(totals, found, strict=True):
-            total.add_incoming(areas, block)
+    begun = [*[NOTHING] * count, *chain(*images)]
+    totals = repeat(builder, is_any(builder, firsts[0]), begun, *map(erode, steps))[:count]
     twice = [builder.add(first, builder.shl(total, _ONE))
              for first, total in zip(firsts, totals, strict=True)]  # fmt: skip
     return [call(builder, "vector.reduce.add", WORD, rows) for rows in twice]
 
 
 def _eroded(builder: Any, image: Vectors, step: str) -> Vectors:
-    above = ir.Constant(CELLS, [7, 8, 9, 10, 11, 12, 13, 14])
-    below = ir.Constant(CELLS, [1, 2, 3, 4, 5, 6, 7, 8])
+    above, below = range(EIGHT - 1, 2 * EIGHT - 1), range(1, EIGHT + 1)
     framed = [NOTHING, *image, NOTHING]
     result = []
     for before, rows, after in zip(framed, image, framed[2:], strict=False):
         upright = builder.and_(
-            builder.shuffle_vector(before, rows, above), builder.shuffle_vector(rows, after, below)
+            moved(builder, before, rows, above), moved(builder, rows, after, below)
         )
         if step == "x":
             rows, upright = builder.and_(rows, upright), rows

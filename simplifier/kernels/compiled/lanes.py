@@ -38,6 +38,12 @@ def spread(builder: Any, value: Any, kind: Any) -> Any:
     return builder.shuffle_vector(first, undefined, order)
 
 
+def moved(builder: Any, one: Any, other: Any, order: Sequence[int]) -> Any:
+    """The lanes of two vectors that an order names; those of the second come after the first's."""
+    places = ir.Constant(ir.VectorType(CELL, len(order)), list(order))
+    return builder.shuffle_vector(one, other, places)
+
+
 def word_of(builder: Any, flags: Any) -> Any:
     """A bit for each lane, in a uint64."""
     return builder.zext(builder.bitcast(flags, ir.IntType(flags.type.count)), WORD)
@@ -119,8 +125,8 @@ def _append_by_table(
         four = builder.and_(builder.lshr(word, WORD(part)), WORD(15))
         order = builder.load(builder.gep(table, [WORD(0), four]))
         for row, values in enumerate(rows):
-            lanes = ir.Constant(ir.VectorType(CELL, 4), list(range(part, part + 4)))
-            some = builder.bitcast(builder.shuffle_vector(values, values, lanes), _OCTETS)
+            lanes = moved(builder, values, values, range(part, part + 4))
+            some = builder.bitcast(lanes, _OCTETS)
             kept = _call(builder, "x86.ssse3.pshuf.b.128", _OCTETS, some, order)
             place = builder.gep(listed, [builder.add(count, WORD(stride * row))])
             builder.store(kept, builder.bitcast(place, _OCTETS.as_pointer()), align=4)

@@ -8,15 +8,15 @@ an erosion moves no row within a register.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import reduce
 from typing import Any
 
 import llvmlite.ir as ir
 
-from simplifier.kernels.compiled.control import merged
+from simplifier.kernels.compiled.control import repeat
 from simplifier.kernels.compiled.counting import add, worth_of
-from simplifier.kernels.compiled.lanes import CELL, LANES, WORD, WORDS, call, constant
+from simplifier.kernels.compiled.lanes import LANES, WORD, WORDS, call, constant, moved
 from simplifier.kernels.compiled.rows import EIGHT, Vectors, is_any
 
 _COUNT, _BYTES = 64 // LANES, 8 * LANES
@@ -38,7 +38,7 @@ def measure_turned(builder: Any, image: Vectors, steps: str) -> Any:
 def _turned(builder: Any, image: Vectors) -> Sequence[Any]:
     """The vectors of an image, with rows that lie far apart."""
     close = [
-        builder.shuffle_vector(rows, rows, _lanes(range(begin, begin + LANES)))
+        moved(builder, rows, rows, range(begin, begin + LANES))
         for rows in image
         for begin in range(0, EIGHT, LANES)
     ]
@@ -63,15 +63,9 @@ def _transposed(builder: Any, square: Sequence[Any]) -> Sequence[Any]:
                     [lane + (LANES - width if lane & width else 0) for lane in lanes],
                     [lane + (LANES if lane & width else width) for lane in lanes],
                 )
-                found[one], found[other] = (
-                    builder.shuffle_vector(*pair, _lanes(order)) for order in orders
-                )
+                found[one], found[other] = (moved(builder, *pair, order) for order in orders)
         width //= 2
     return found
-
-
-def _lanes(order: Sequence[int]) -> Any:
-    return ir.Constant(ir.VectorType(CELL, len(order)), list(order))
 
 
 def _function(module: Any, steps: str) -> Any:
@@ -95,30 +89,20 @@ def _measure(builder: Any, place: Any, steps: str) -> Any:
     first = [_NOTHING] * _HALVES
     last = add(builder, first, (_load(builder, place, at) for at in range(_COUNT)), _COUNT)
     half, *digits = *first, last
-    entry = builder.basic_block
-    begin, end = builder.append_basic_block(), builder.append_basic_block()
-    builder.cbranch(_any_of(builder, [half, *digits]), begin, end)
-    builder.position_at_end(begin)
-    *digits, above = at_begin = [merged(builder, WORDS, entry, one) for one in (*digits, _NOTHING)]
-    ends = []
-    for step in steps:
-        before = list(digits)
-        carried = add(builder, digits, _eroded(builder, place, step), _COUNT)
-        above = builder.add(above, call(builder, "ctpop", WORDS, carried))
-        ends.append(([*digits, above], builder.basic_block))
-        # No digit changes, and none is carried, only where nothing is added.
-        changed = [builder.xor(*both) for both in zip(before, digits, strict=True)]
-        following = builder.append_basic_block() if len(ends) < len(steps) else begin
-        builder.cbranch(_any_of(builder, [*changed, carried]), following, end)
-        builder.position_at_end(following)
-    for value, found in zip(at_begin, ends[-1][0], strict=True):
-        value.add_incoming(found, ends[-1][1])
-    builder.position_at_end(end)
-    totals = [merged(builder, WORDS, entry, one) for one in (*first[1:], last, _NOTHING)]
-    for found, block in ends:
-        for total, value in zip(totals, found, strict=True):
-            total.add_incoming(value, block)
-    *digits, above = totals
+
+    def erode(step: str) -> Callable[..., Sequence[Any]]:
+        def write(above: Any, *before: Any) -> Sequence[Any]:
+            digits = list(before)
+            carried = add(builder, digits, _eroded(builder, place, step), _COUNT)
+            above = builder.add(above, call(builder, "ctpop", WORDS, carried))
+            # No digit changes, and none is carried, only where nothing is added.
+            changed = [builder.xor(*both) for both in zip(before, digits, strict=True)]
+            return _any_of(builder, [*changed, carried]), above, *digits
+
+        return write
+
+    some = _any_of(builder, [half, *digits])
+    above, *digits = repeat(builder, some, [_NOTHING, *digits], *map(erode, steps))
     carried = call(builder, "vector.reduce.add", WORD, above)
     return builder.add(worth_of(builder, [half, *digits]), builder.shl(carried, WORD(_HALVES + 1)))
 
@@ -131,8 +115,8 @@ def _eroded(builder: Any, place: Any, step: str) -> Iterator[Any]:
         return builder.and_(rows, beside)
 
     first, last = _load(builder, place, 0), _load(builder, place, _COUNT - 1)
-    above = builder.shuffle_vector(_NOTHING, last, _lanes(range(LANES - 1, 2 * LANES - 1)))
-    below = builder.shuffle_vector(first, _NOTHING, _lanes(range(1, LANES + 1)))
+    above = moved(builder, _NOTHING, last, range(LANES - 1, 2 * LANES - 1))
+    below = moved(builder, first, _NOTHING, range(1, LANES + 1))
     before, rows = above, first
     if step == "x":
         before, here = level(above), level(first)

@@ -32,8 +32,8 @@ def lowest_one(word):
 
 
 @inline_kernel
-def upright_edge(x0, y0, x1, y1, shows):
-    """An edge as :func:`edge_bits` takes it, from either end; one of no row if it does not show.
+def upright_edge(x0, y0, x1, y1):
+    """An edge as :func:`edge_bits` takes it, from either end.
 
     Half a pixel left of the upper end, that end's height, how far it goes to the right a row, the
     first row whose centre it passes, and the one after the last, all float64.  Without a branch:
@@ -44,7 +44,7 @@ def upright_edge(x0, y0, x1, y1, shows):
     first = np.ceil(max(upper_y, 0.0) - 0.5)
     last = np.ceil(min(lower_y, 64.0) - 0.5)
     slope = (lower_x - upper_x) / (lower_y - upper_y)
-    passes = shows & (first < last)
+    passes = first < last
     return upper_x - 0.5, upper_y, slope if passes else 0.0, first, last if passes else first
 
 
@@ -57,9 +57,15 @@ def edge_bits(edge, row):
     start, top, slope, first, last = edge
     # From the end of the edge: the slope of a nearly level one is huge.
     column = np.ceil(start + (row + 0.5 - top) * slope)
-    passes = (row >= first) & (row < last) & (column < 64.0)
-    shift = max(column, 0.0) if passes else 0.0
-    return ~np.uint64(0) << np.uint64(shift) if passes else np.uint64(0)
+    return right_of(column) if (row >= first) & (row < last) else np.uint64(0)
+
+
+@inline_kernel
+def right_of(column):
+    """The pixels of a row from a column on, a whole number."""
+    there = column < 64.0
+    shift = max(column, 0.0) if there else 0.0
+    return ~np.uint64(0) << np.uint64(shift) if there else np.uint64(0)
 
 
 @inner_kernel
@@ -70,7 +76,7 @@ def draw_edge(x0, y0, x1, y1, image):
     (even-odd): the scan conversion of polygons by exclusive or.  Edges that run there and back, as
     bridges to holes do, cancel.
     """
-    edge = upright_edge(x0, y0, x1, y1, True)
+    edge = upright_edge(x0, y0, x1, y1)
     if edge[3] < edge[4]:
         for row in range(int(edge[3]) & ~7, (int(edge[4]) + 7) & ~7):
             image[np.uint64(row)] ^= edge_bits(edge, row)

@@ -352,7 +352,7 @@ def _write_list_eight(builder: Any, *given: Any) -> Any:
 
 @intrinsic(_write_list_eight)
 def list_eight(vertices, edges, some, begin, left, view, turned, crossings, room, used):
-    """List where eight edges cross rows behind ``used`` others.
+    """List where eight edges cross rows behind ``used`` others, in any order.
 
     ``some``   int32, of which those from ``begin`` on are looked at, ``left`` of them at most: an
                edge, its bits turned over where the triangle that it runs along has no bit.

@@ -38,6 +38,7 @@ from simplifier.kernels.bit_image import (
     STEPS,
     measure_twice,
     popcount,
+    right_of,
 )
 from simplifier.kernels.compiled.intrinsic import intrinsic
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
@@ -139,15 +140,7 @@ def _outline_bits(outline, row):
         else middle_start + (row + 0.5 - middle) * lower
     )  # fmt: skip
     passes = (row >= first) & (row < last)
-    return _right_of(one) ^ _right_of(two) if passes else np.uint64(0)
-
-
-@inline_kernel
-def _right_of(column):
-    """The pixels of a row from a column on, a whole number."""
-    there = column < 64.0
-    shift = max(column, 0.0) if there else 0.0
-    return ~np.uint64(0) << np.uint64(shift) if there else np.uint64(0)
+    return right_of(one) ^ right_of(two) if passes else np.uint64(0)
 
 
 @inline_kernel

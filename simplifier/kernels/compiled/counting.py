@@ -18,7 +18,7 @@ def ones_of(builder: Any, vectors: Sequence[Any]) -> Any:
     """How many ones there are, a uint64; of 2, 4, 8 or 16 vectors of uint64."""
     kind = vectors[0].type
     if Processor.chosen().counts_ones:
-        return _sum(builder, [_ones(builder, one) for one in vectors])
+        return _sum(builder, ones_of_words(builder, vectors))
     digits = [constant(kind, 0)] * (len(vectors).bit_length() - 1)
     last = add(builder, digits, iter(vectors), len(vectors))
     return worth_of(builder, [*digits, last])
@@ -38,18 +38,17 @@ def add(builder: Any, digits: list[Any], values: Iterator[Any], count: int) -> A
 
 def worth_of(builder: Any, digits: Sequence[Any]) -> Any:
     """What binary digits, lowest first, come to in all columns, a uint64."""
-    return _sum(
-        builder,
-        [
-            builder.shl(_ones(builder, digit), constant(digit.type, place))
-            for place, digit in enumerate(digits)
-        ],
+    worths = (
+        builder.shl(ones_of_words(builder, [digit]), constant(digit.type, place))
+        for place, digit in enumerate(digits)
     )
+    return _sum(builder, reduce(builder.add, worths))
 
 
-def _ones(builder: Any, vector: Any) -> Any:
-    return call(builder, "ctpop", vector.type, vector)
+def ones_of_words(builder: Any, vectors: Sequence[Any]) -> Any:
+    """How many ones the words of all vectors have lane by lane, a vector."""
+    return reduce(builder.add, (call(builder, "ctpop", one.type, one) for one in vectors))
 
 
-def _sum(builder: Any, vectors: Sequence[Any]) -> Any:
-    return call(builder, "vector.reduce.add", WORD, reduce(builder.add, vectors))
+def _sum(builder: Any, vector: Any) -> Any:
+    return call(builder, "vector.reduce.add", WORD, vector)

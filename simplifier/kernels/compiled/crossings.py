@@ -47,7 +47,8 @@ def write_list_eight(
     parts, matters, needed = [], [], builder.add(used, WORD(_EIGHT))
     for part in range(0, _EIGHT, LANES):
         named = loaded(builder, CELLS, builder.gep(some, [builder.add(begin, WORD(part))]))
-        there = builder.icmp_unsigned("<", _counted_from(part), spread(builder, left, WORDS))
+        places = ir.Constant(WORDS, list(range(part, part + LANES)))
+        there = builder.icmp_unsigned("<", places, spread(builder, left, WORDS))
         found, close = _upright(builder, vertices, edges, named, there, numbers, near, far)
         found = found._replace(less=builder.xor(found.less, back))
         lengths = builder.sub(found.end, found.begin)
@@ -72,10 +73,6 @@ class _Edges(NamedTuple):
     begin: Any  # the first row
     end: Any  # and the one after the last
     ends: Sequence[Any]  # x and y of the lower end, and of the upper one
-
-
-def _counted_from(first: int) -> Any:
-    return ir.Constant(WORDS, [first + lane for lane in range(LANES)])
 
 
 def _upright(

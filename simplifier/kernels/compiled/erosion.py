@@ -9,12 +9,11 @@ loop over the rows.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import reduce
 from itertools import chain
 from typing import Any
 
 from simplifier.kernels.compiled.control import merged, repeat
-from simplifier.kernels.compiled.counting import ones_of
+from simplifier.kernels.compiled.counting import ones_of, ones_of_words
 from simplifier.kernels.compiled.lanes import WORD, call, constant, moved
 from simplifier.kernels.compiled.processors import Processor
 from simplifier.kernels.compiled.rows import (
@@ -23,6 +22,7 @@ from simplifier.kernels.compiled.rows import (
     ROWS,
     Vectors,
     all_but_one,
+    between_ones,
     is_any,
     load_image,
     place_of,
@@ -70,7 +70,7 @@ def _score(
     beside = [builder.xor(rows, inside) for rows, inside in zip(whole, part, strict=True)]
     within, beyond = (builder.append_basic_block(name) for name in ("within", "beyond"))
     scored = builder.append_basic_block("scored")
-    builder.cbranch(is_any(builder, reduce(builder.or_, beside)), beyond, within)
+    builder.cbranch(is_any(builder, *beside), beyond, within)
 
     builder.position_at_end(within)
     all_right = builder.mul(WORD(unit), _measures(builder, [whole], steps)[0])
@@ -107,13 +107,13 @@ def _measures(builder: Any, images: Sequence[Vectors], steps: str) -> Sequence[A
                 _eroded(builder, rows[EIGHT * one : EIGHT * (one + 1)], step)
                 for one in range(count)
             ]
-            left = [_areas(builder, image) for image in eroded]
+            left = [ones_of_words(builder, image) for image in eroded]
             areas = [builder.add(*both) for both in zip(so_far, left, strict=True)]
             return is_any(builder, left[0]), *areas, *chain(*eroded)
 
         return write
 
-    firsts = [_areas(builder, image) for image in images]
+    firsts = [ones_of_words(builder, image) for image in images]
     begun = [*[NOTHING] * count, *chain(*images)]
     totals = repeat(builder, is_any(builder, firsts[0]), begun, *map(erode, steps))[:count]
     twice = [builder.add(first, builder.shl(total, _ONE))
@@ -131,11 +131,6 @@ def _eroded(builder: Any, image: Vectors, step: str) -> Vectors:
         )
         if step == "x":
             rows, upright = builder.and_(rows, upright), rows
-        level = builder.and_(builder.shl(rows, _ONE), builder.lshr(rows, _ONE))
+        level = between_ones(builder, rows)
         result.append(builder.and_(rows, builder.and_(upright, level)))
     return result
-
-
-def _areas(builder: Any, image: Vectors) -> Any:
-    """Ones in every eighth row, a vector."""
-    return reduce(builder.add, (call(builder, "ctpop", ROWS, rows) for rows in image))

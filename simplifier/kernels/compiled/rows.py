@@ -7,6 +7,7 @@ Where registers are shorter, the compiler takes several for each.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import Any
 
 import llvmlite.ir as ir
@@ -41,9 +42,16 @@ def store_rows(builder: Any, rows: Any, place: Any) -> None:
     builder.store(rows, builder.bitcast(place, ROWS.as_pointer()), align=8)
 
 
-def is_any(builder: Any, rows: Any) -> Any:
-    """Whether any bit of eight rows is one."""
+def is_any(builder: Any, *several: Any) -> Any:
+    """Whether any bit of vectors of rows is one."""
+    rows = reduce(builder.or_, several)
     return builder.icmp_unsigned("!=", call(builder, "vector.reduce.or", WORD, rows), WORD(0))
+
+
+def between_ones(builder: Any, rows: Any) -> Any:
+    """The bits of rows whose neighbours on both sides are ones."""
+    one = constant(rows.type, 1)
+    return builder.and_(builder.shl(rows, one), builder.lshr(rows, one))
 
 
 def all_but_one(builder: Any, once: Any, twice: Any, own: Any) -> Any:

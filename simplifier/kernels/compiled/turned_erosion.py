@@ -9,19 +9,18 @@ an erosion moves no row within a register.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import reduce
 from typing import Any
 
 import llvmlite.ir as ir
 
 from simplifier.kernels.compiled.control import repeat
-from simplifier.kernels.compiled.counting import add, worth_of
+from simplifier.kernels.compiled.counting import add, ones_of_words, worth_of
 from simplifier.kernels.compiled.lanes import LANES, WORD, WORDS, call, constant, moved
-from simplifier.kernels.compiled.rows import EIGHT, Vectors, is_any
+from simplifier.kernels.compiled.rows import EIGHT, Vectors, between_ones, is_any
 
 _COUNT, _BYTES = 64 // LANES, 8 * LANES
 _HALVES = _COUNT.bit_length() - 1  # that a vector of each makes
-_NOTHING, _ONE = constant(WORDS, 0), constant(WORDS, 1)
+_NOTHING = constant(WORDS, 0)
 _FUNCTION = "measure_turned"
 
 
@@ -94,14 +93,14 @@ def _measure(builder: Any, place: Any, steps: str) -> Any:
         def write(above: Any, *before: Any) -> Sequence[Any]:
             digits = list(before)
             carried = add(builder, digits, _eroded(builder, place, step), _COUNT)
-            above = builder.add(above, call(builder, "ctpop", WORDS, carried))
+            above = builder.add(above, ones_of_words(builder, [carried]))
             # No digit changes, and none is carried, only where nothing is added.
             changed = [builder.xor(*both) for both in zip(before, digits, strict=True)]
-            return _any_of(builder, [*changed, carried]), above, *digits
+            return is_any(builder, *changed, carried), above, *digits
 
         return write
 
-    some = _any_of(builder, [half, *digits])
+    some = is_any(builder, half, *digits)
     above, *digits = repeat(builder, some, [_NOTHING, *digits], *map(erode, steps))
     carried = call(builder, "vector.reduce.add", WORD, above)
     return builder.add(worth_of(builder, [half, *digits]), builder.shl(carried, WORD(_HALVES + 1)))
@@ -111,8 +110,7 @@ def _eroded(builder: Any, place: Any, step: str) -> Iterator[Any]:
     """The vectors of an image one after the other, each eroded where it lies."""
 
     def level(rows: Any) -> Any:
-        beside = builder.and_(builder.shl(rows, _ONE), builder.lshr(rows, _ONE))
-        return builder.and_(rows, beside)
+        return builder.and_(rows, between_ones(builder, rows))
 
     first, last = _load(builder, place, 0), _load(builder, place, _COUNT - 1)
     above = moved(builder, _NOTHING, last, range(LANES - 1, 2 * LANES - 1))
@@ -131,10 +129,6 @@ def _eroded(builder: Any, place: Any, step: str) -> Iterator[Any]:
             before, rows = rows, following
         _store(builder, left, place, at)
         yield left
-
-
-def _any_of(builder: Any, several: Sequence[Any]) -> Any:
-    return is_any(builder, reduce(builder.or_, several))
 
 
 def _load(builder: Any, place: Any, at: int) -> Any:

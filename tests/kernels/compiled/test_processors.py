@@ -42,7 +42,7 @@ def machine(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("architecture", "features", "name", "lanes", "counts"),
+    ("architecture", "features", "name", "wide", "counts"),
     [
         ("x86_64", ICE_LAKE, "x86-64-v4", True, True),
         ("AMD64", ICE_LAKE, "x86-64-v4", True, True),  # as Windows says
@@ -55,12 +55,12 @@ def machine(monkeypatch):
     ],
 )
 def test_the_best_kind_that_the_processor_is_of(
-    machine, architecture, features, name, lanes, counts
+    machine, architecture, features, name, wide, counts
 ):
     machine(architecture, features)
     chosen = Processor.chosen()
     assert chosen.name == name
-    assert chosen.has_wide_registers == lanes
+    assert chosen.has_wide_registers == wide
     assert chosen.counts_ones == counts
 
 

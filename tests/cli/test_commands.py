@@ -186,6 +186,17 @@ def test_a_line_needs_nothing_that_draws_tables():
     assert done.stdout.endswith("False\n")
 
 
+def test_options_are_read_without_pydantic():
+    code = "import sys; from simplifier.cli.main import main\n" \
+           "sys.argv = ['occluder', 'simplify', 'none.obj', '-o', 'o.glb', '--budget', '8']\n" \
+           "try: main()\nfinally: print('pydantic' in sys.modules)"  # fmt: skip
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment(), capture_output=True, text=True
+    )
+    assert "there is no such file" in done.stderr
+    assert done.stdout.endswith("False\n")
+
+
 @pytest.mark.parametrize("name", sorted(OWN))
 def test_every_own_command_can_be_quiet(name):
     found = typer.main.get_command(app).get_command(None, name)

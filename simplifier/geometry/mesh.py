@@ -252,6 +252,17 @@ def as_mesh(triangles: FloatArray) -> tuple[FloatArray, IntArray]:
     return triangles.reshape(-1, 3), faces
 
 
+def is_bounded(points: FloatArray) -> NDArray[np.bool_]:
+    """(n,) whether each of ``points`` (n, 3) is finite and so near that no volume overflows."""
+    return np.asarray((np.abs(points) < _FINITE).all(axis=1))
+
+
+def repeats_a_corner(faces: IndexArray) -> NDArray[np.bool_]:
+    """(m,) whether two corners of each of ``faces`` (m, 3) are the same vertex."""
+    a, b, c = faces.T
+    return np.asarray((a == b) | (b == c) | (c == a))
+
+
 def have_area(triangles: FloatArray) -> NDArray[np.bool_]:
     """(m,) whether the corners of each of ``triangles`` (m, 3, 3) do not lie on one line."""
     edges = triangles[:, 1:] - triangles[:, :1]
@@ -271,10 +282,9 @@ def _blocks(count: int, size: int = _BLOCK) -> Iterator[slice]:
 def _are_all_usable(points: FloatArray, indices: IndexArray) -> bool:
     """Whether every face has a finite, non-zero area, as it is in most small meshes, which scenes
     have thousands of."""
-    a, b, c = indices.T
     return (
         bool((np.abs(points) < _FINITE).all())
-        and not ((a == b) | (b == c) | (c == a)).any()
+        and not repeats_a_corner(indices).any()
         and bool(have_area(points[indices]).all())
     )
 
@@ -283,14 +293,13 @@ def _usable_triangles(
     points: FloatArray, indices: IndexArray
 ) -> tuple[NDArray[np.bool_], dict[str, IndexArray]]:
     """(m,) which faces have a finite, non-zero area, and the numbers of the others by reason."""
-    bounded = np.asarray((np.abs(points) < _FINITE).all(axis=1))
+    bounded = is_bounded(points)
     usable = np.zeros(len(indices), dtype=np.bool_)
     unusable: dict[str, list[IndexArray]] = {reason: [] for reason in _UNUSABLE}
     for block in _blocks(len(indices)):
         some = indices[block]
         finite = bounded[some].all(axis=1)
-        a, b, c = some.T
-        repeated = finite & ((a == b) | (b == c) | (c == a))
+        repeated = finite & repeats_a_corner(some)
         wide = finite & ~repeated
         wide[wide] = have_area(points[some[wide]])
         flat = finite & ~repeated & ~wide

@@ -122,36 +122,33 @@ def _useful(tree: Tree, options: SceneOptions) -> NDArray[np.bool_]:
 def _stands(parts: Parts, whole: NDArray[np.bool_], options: SceneOptions) -> list[Stand]:
     """How each mesh stands in its own space: what is so for all its instances."""
     scene = parts.scene
-    by_mesh = np.argsort(scene.mesh_of, kind="stable")
-    counts = np.bincount(scene.mesh_of, minlength=len(scene.meshes))
+    stretch = np.zeros(len(scene.meshes))
+    np.maximum.at(stretch, scene.mesh_of, scales(scene.transforms))
+    holes = options.smallest_hole / np.where(stretch > 0.0, stretch, 1.0)
+    grounded = np.full(len(scene.meshes), options.ground)
+    np.logical_and.at(grounded, scene.mesh_of, whole)
+    upright = np.ones((len(scene.meshes), 3), dtype=np.bool_)
+    np.logical_and.at(
+        upright, scene.mesh_of, _are_upright(scene.transforms, "xyz".index(options.up))
+    )
+    names: tuple[Axis, ...] = get_args(Axis)
+    axes = [names[int(np.argmax(row))] if row.any() else None for row in upright]
     return [
-        _stand(scene.transforms[of_mesh], options, bool(whole[of_mesh].all()))
-        for of_mesh in np.split(by_mesh, np.cumsum(counts)[:-1])
+        # Turning an instance must not change the key by rounding.
+        Stand(axis if stands else None, float(f"{hole:.6g}"))
+        for axis, stands, hole in zip(axes, grounded.tolist(), holes.tolist(), strict=True)
     ]
 
 
-def _stand(transforms: FloatArray, options: SceneOptions, whole: bool) -> Stand:
-    grounded = options.ground and whole
-    hole = options.smallest_hole / float(scales(transforms).max(initial=0.0) or 1.0)
-    return Stand(
-        _upright_axis(transforms, "xyz".index(options.up)) if grounded else None,
-        float(f"{hole:.6g}"),  # turning an instance must not change the key by rounding
-    )
-
-
-def _upright_axis(transforms: FloatArray, up: int) -> Axis | None:
-    """The axis of a mesh along which height grows, and along no other, under all transforms.
+def _are_upright(transforms: FloatArray, up: int) -> NDArray[np.bool_]:
+    """(n, 3) whether height grows along an axis of the mesh, and along no other, by each transform.
 
     So level planes of the world are planes across it, sheared or not.
     """
     heights = transforms[:, up, :3]
     heights = heights / np.abs(heights).max(axis=1, keepdims=True)  # squares must not vanish
     shares = heights / np.linalg.norm(heights, axis=1, keepdims=True)
-    names: tuple[Axis, ...] = get_args(Axis)
-    for axis, name in enumerate(names):
-        if (shares[:, axis] > 1.0 - _LEVEL).all():
-            return name
-    return None
+    return np.asarray(shares > 1.0 - _LEVEL)
 
 
 _FORMAT = b"10"  # raised when the same input is to give another occluder

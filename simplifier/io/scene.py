@@ -26,6 +26,7 @@ from simplifier.errors import (
 )
 from simplifier.geometry.mesh import DroppedTriangles, FloatArray, TriangleMesh
 from simplifier.geometry.scene import Scene
+from simplifier.geometry.sound_meshes import sound_meshes
 from simplifier.io.formats import CODECS, readable_suffixes
 from simplifier.io.gltf_scene import MOST_INSTANCES
 from simplifier.io.labels import KEEP
@@ -223,18 +224,14 @@ def _share_meshes(meshes: Sequence[RawMesh]) -> tuple[list[int], NDArray[np.int6
 
 def _check_meshes(meshes: Sequence[RawMesh]) -> tuple[list[TriangleMesh | None], list[str]]:
     """The meshes, None for one that cannot be used, and why not, empty for one that can."""
-    checked: list[TriangleMesh | None] = []
-    faults = []
-    for vertices, faces in meshes:
-        mesh, fault = None, ""
+    checked, faults = sound_meshes(meshes), [""] * len(meshes)
+    for place in (place for place, mesh in enumerate(checked) if mesh is None):
         try:
-            mesh = TriangleMesh.from_soup(vertices, faces)
+            checked[place] = TriangleMesh.from_soup(*meshes[place])
         except EmptyMeshError:
-            fault = _NO_TRIANGLE
+            faults[place] = _NO_TRIANGLE
         except MeshError as error:
-            fault = f"a damaged mesh ({error.what}); {error.remedy}"
-        checked.append(mesh)
-        faults.append(fault)
+            faults[place] = f"a damaged mesh ({error.what}); {error.remedy}"
     return checked, faults
 
 

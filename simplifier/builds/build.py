@@ -19,6 +19,7 @@ from queue import Empty, SimpleQueue
 from threading import BoundedSemaphore
 
 from simplifier.builds.asset_plan import Asset
+from simplifier.builds.digests import Digests
 from simplifier.builds.finding import Finding, State, shortfalls
 from simplifier.builds.holding import shard_build, whole_build
 from simplifier.builds.making import (
@@ -30,7 +31,7 @@ from simplifier.builds.making import (
     make_here,
     put_in_place,
 )
-from simplifier.builds.record import Digests, Entry, Record, RecordKeeper, record_path
+from simplifier.builds.record import Entry, Record, RecordKeeper, record_path
 from simplifier.builds.removal import remove_gone, remove_replaced
 from simplifier.builds.shard_record import (
     ShardKeeper,

@@ -7,9 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from simplifier.builds.asset_plan import Asset
+from simplifier.builds.digests import Digests
 from simplifier.builds.finding import Finding, State
 from simplifier.builds.holding import whole_build
-from simplifier.builds.record import Digests, Entry, Record, record_path, write_record
+from simplifier.builds.record import Entry, Record, record_path, write_record
 from simplifier.builds.removal import remove_gone, remove_replaced
 from simplifier.builds.shard_record import (
     ShardRecord,

@@ -20,9 +20,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 
+from simplifier.builds.digests import Digests
 from simplifier.builds.finding import AssetFigures
 from simplifier.builds.outputs import Output
-from simplifier.builds.record import Digests
 from simplifier.errors import MeshError, OccluderError, OptionError, OutputError
 from simplifier.io.files import make_folder, read_bytes, write_all_whole
 from simplifier.io.suffixes import overrides_beside

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 
-from simplifier.builds.record import Digests, Entry
+from simplifier.builds.digests import Digests
+from simplifier.builds.record import Entry
 from simplifier.builds.staleness import Examined
 
 

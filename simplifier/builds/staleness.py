@@ -13,10 +13,11 @@ from pathlib import Path
 from typing import Any
 
 from simplifier.builds.asset_plan import Asset, plan_assets
+from simplifier.builds.digests import Digests
 from simplifier.builds.finding import Finding, State, shortfalls, unknown_figure
 from simplifier.builds.manifest import Manifest, read_manifest
 from simplifier.builds.outputs import Output, level_base
-from simplifier.builds.record import Digests, Entry, Record, read_record, record_path
+from simplifier.builds.record import Entry, Record, read_record, record_path
 from simplifier.builds.shard_record import read_shard_record, shard_path
 from simplifier.builds.shards import Shard
 from simplifier.io.suffixes import overrides_place

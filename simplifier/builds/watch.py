@@ -9,9 +9,10 @@ from pathlib import Path
 from watchfiles import Change, watch
 
 from simplifier.builds.build import build_assets
+from simplifier.builds.digests import Digests
 from simplifier.builds.finding import Finding, State
 from simplifier.builds.making import Maker
-from simplifier.builds.record import Digests, read_record, record_path
+from simplifier.builds.record import read_record, record_path
 from simplifier.errors import ManifestError, OccluderError
 from simplifier.progress import Cancel
 

@@ -18,8 +18,8 @@ from typing import Any
 
 import typer
 
+from simplifier.builds.digests import Digests
 from simplifier.builds.making import mesh_stamp
-from simplifier.builds.record import Digests
 from simplifier.errors import OccluderError
 from simplifier.io.files import make_folder, write_whole
 from simplifier.kernels.threads import thread_count
@@ -64,16 +64,20 @@ class Making:
         """What was told of what is there, if that is what would be made; else None."""
         try:
             kept = json.loads(self._record.read_bytes())
-            known = kept["asked"] == self.asked and self._digests(kept["files"]) == kept["files"]
+            files = kept["files"]
+            self._read.remember(files, kept.get("stamps", {}))  # earlier versions kept none
+            known = kept["asked"] == self.asked and self._digests(files) == files
             return kept["report"] if known else None
-        except (OSError, ValueError, KeyError, TypeError):  # none, or a damaged one
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):  # none, or damaged
             return None
 
     def keep(self, files: Iterable[Path], report: Mapping[str, Any]) -> None:
         """Remember what was made, and what to tell of it: JSON."""
+        digests = self._digests(_resolved(files))
         kept = {
             "asked": self.asked,
-            "files": self._digests(_resolved(files)),
+            "files": digests,
+            "stamps": self._read.stamps(digests),
             "report": report,
         }
         with suppress(OSError, OccluderError):
@@ -82,9 +86,8 @@ class Making:
             _forget_oldest(self._record.parent)
 
     def _digests(self, files: Iterable[str]) -> dict[str, str | None]:
-        """What was not written since it was looked at is not read again."""
-        found = self._read.all_of(map(Path, files), thread_count())
-        return {str(file): digest for file, digest in found.items()}
+        """What was not written since it was looked at, by this run or the last, is not read."""
+        return self._read.all_of(files, thread_count())
 
     @property
     def _record(self) -> Path:

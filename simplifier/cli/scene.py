@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import gc
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from simplifier.builds.record import Digests
+from simplifier.builds.digests import Digests
 from simplifier.cli.console import print_closing, print_json, print_rows
 from simplifier.cli.current import Making
 from simplifier.cli.help import OUTPUT, with_examples
@@ -104,7 +106,7 @@ def scene(
             from simplifier.cli.scene_making import make_scene  # what is current need not load
             from simplifier.pools import pool_named
 
-            with interrupts() as listening, pool_named(pool) as shared:
+            with _rare_collections(), interrupts() as listening, pool_named(pool) as shared:
                 made = make_scene(
                     source, output, options, transparent, (frame_triangles, path), listening,
                     shared,
@@ -120,6 +122,18 @@ def scene(
         print_json(told["figures"])
 
     run_guarded(run, debug=debug, quiet=quiet, as_json=as_json)
+
+
+@contextmanager
+def _rare_collections() -> Iterator[None]:
+    """Look for garbage rarely: a scene is hundreds of thousands of objects of Python, and to go
+    through them again and again takes a tenth of a small change."""
+    before = gc.get_threshold()
+    gc.set_threshold(100_000, *before[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*before)
 
 
 _NOT_MEASURED = "not measured yet: how much the occluders hide depends on the camera"

@@ -287,25 +287,34 @@ def summaries_of(rows: Any) -> dict[str, Summary]:
     for key in rows:
         if not is_key(key):
             raise ValueError(f"{key!r} is not a key of an occluder")
-    return {key: _summary(row, key) for key, row in rows.items()}
+    if not rows:
+        return {}
+    columns = [_column(rows, name) for name in _OF_SUMMARY]
+    return {key: Summary(*row) for key, *row in zip(rows, *columns, strict=True)}
+
+
+def _column(rows: Mapping[str, Any], name: str) -> list[Any]:
+    """A field of all, at once: one by one takes longer than all that a small change makes."""
+    values = [value_of(row, name, f"occluder {key}") for key, row in rows.items()]
+    try:
+        return _from_0(values, name, name)
+    except ValueError:
+        for key, value in zip(rows, values, strict=True):
+            _from_0([value], name, f"{name} of occluder {key}")
+        raise
+
+
+def _from_0(values: list[Any], name: str, said: str) -> list[Any]:
+    found = _OF_SUMMARY[name](values, (), said)
+    if found.min() < 0:
+        raise ValueError(f"{said!r} is below 0")
+    return list(found.tolist())
 
 
 def options_of(values: Any) -> SceneOptions:
     """Those that this version knows."""
     known = (one.name for one in SceneOptions.fields() if one.of_result)
     return SceneOptions(**{name: value_of(values, name, "the options") for name in known})
-
-
-def _summary(row: Any, key: str) -> Summary:
-    triangles, checksum = (
-        value_of(row, name, f"occluder {key}") for name in ("triangles", "checksum")
-    )
-    error, radius = (value_of(row, name, f"occluder {key}") for name in ("error_bound", "radius"))
-    _whole_numbers([triangles, checksum], (), key)
-    lengths = _numbers([error, radius], (), key)
-    if min(triangles, checksum) < 0 or lengths.min() < 0.0:
-        raise ValueError(f"a number of occluder {key} is below 0")
-    return Summary(triangles, float(error), float(radius), checksum)
 
 
 def value_of(values: Any, name: str, where: object) -> Any:
@@ -356,6 +365,15 @@ def _whole_numbers(values: list[Any], shape: tuple[int, ...], name: str) -> NDAr
     if found is None or ((found < -1) | (found > _MOST)).any():
         raise ValueError(f"{name!r} is not always {math.prod(shape)} whole numbers in range")
     return found
+
+
+# By the names of a Summary's fields, in their order.
+_OF_SUMMARY = {
+    "triangles": _whole_numbers,
+    "error_bound": _numbers,
+    "radius": _numbers,
+    "checksum": _whole_numbers,
+}
 
 
 def _array(values: list[Any], shape: tuple[int, ...], kinds: str) -> NDArray[Any] | None:

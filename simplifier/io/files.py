@@ -136,12 +136,13 @@ def read_bytes(
             raise error("this is a folder", where=where, remedy=remedy)
         if not stat.S_ISREG(mode):
             raise error("this is a device or a pipe", where=where, remedy=remedy)
-        with path.open("rb") as file:
-            start = file.read(_START)
-            if check_start and start:
-                check_start(start, os.fstat(file.fileno()).st_size)
-            file.seek(0)
-            data = file.read()
+        with path.open("rb", buffering=0) as file:
+            if check_start:
+                start = file.read(_START)
+                if start:
+                    check_start(start, os.fstat(file.fileno()).st_size)
+                file.seek(0)
+            data = file.readall()
     except FileNotFoundError:
         raise error("there is no such file", where=where, remedy="check the path") from None
     except (OSError, ValueError) as fault:  # ValueError: a NUL character in the name

@@ -6,7 +6,7 @@ Keys: the hash of all that an occluder is made from.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import astuple, dataclass
 from typing import get_args
 
@@ -73,10 +73,8 @@ def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
     of_options = options_key(options)
     of_meshes = [mesh_key(mesh) for mesh in scene.meshes]
     stands = _stands(parts, whole, options)
-    placed = [
-        key_at_place(of_meshes[mesh], transform)
-        for mesh, transform in zip(scene.mesh_of, scene.transforms, strict=True)
-    ]
+    placed = keys_at_places([of_meshes[mesh] for mesh in scene.mesh_of], scene.transforms)
+    ranks = _ranks(placed)
     jobs: dict[str, NodeJob] = {}
     leaf_keys: dict[tuple[int, NodeKind], str] = {}  # a mesh may have a hundred thousand instances
 
@@ -89,10 +87,10 @@ def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
         return leaf_keys[mesh, kind]
 
     def inner(below: IntArray) -> str:
-        below = np.array(sorted(below.tolist(), key=placed.__getitem__), dtype=np.int32)
+        below = below[np.argsort(ranks[below], kind="stable")]
         grounded = options.ground and bool(whole[below].all())
         stand = Stand(options.up if grounded else None, options.smallest_hole)
-        key = node_key((placed[part] for part in below), stand, of_options)
+        key = node_key(placed[below], stand, of_options)
         jobs.setdefault(key, NodeJob(key, "inner", below, stand))
         return key
 
@@ -180,15 +178,29 @@ def leaf_key(mesh: bytes, kind: NodeKind, stand: Stand, options: bytes) -> str:
     return _digest(kind.encode(), mesh, _stand_bytes(stand), options).hex()[:_DIGITS]
 
 
-def key_at_place(mesh: bytes, transform: FloatArray) -> bytes:
-    """Of a mesh at its place in the world."""
+def keys_at_places(meshes: Sequence[bytes], transforms: FloatArray) -> NDArray[np.uint8]:
+    """(n, 32) of meshes, each at its place in the world."""
     # Both of one length each, so no lengths are needed to tell them apart; scenes have many.
-    return hashlib.sha256(b"placed" + mesh + transform.tobytes()).digest()
+    made = (
+        hashlib.sha256(b"placed" + mesh + transform.tobytes()).digest()
+        for mesh, transform in zip(meshes, transforms, strict=True)
+    )
+    return np.frombuffer(b"".join(made), dtype=np.uint8).reshape(-1, hashlib.sha256().digest_size)
 
 
-def node_key(below: Iterable[bytes], stand: Stand, options: bytes) -> str:
+def _ranks(keys: NDArray[np.uint8]) -> NDArray[np.int64]:
+    """(n,) the place of each row in the order of all, the same one for equal rows."""
+    words = keys.view(">u8")
+    order = np.lexsort(words.T[::-1])
+    rises = (words[order][1:] != words[order][:-1]).any(axis=1)
+    ranks = np.zeros(len(keys), dtype=np.int64)
+    ranks[order[1:]] = np.cumsum(rises)
+    return ranks
+
+
+def node_key(below: NDArray[np.uint8], stand: Stand, options: bytes) -> str:
     """Of an inner node from the keys of all parts below it, in an order that they alone decide."""
-    return _digest(b"inner", _stand_bytes(stand), options, b"".join(below)).hex()[:_DIGITS]
+    return _digest(b"inner", _stand_bytes(stand), options, below.tobytes()).hex()[:_DIGITS]
 
 
 def is_key(text: str) -> bool:

@@ -142,7 +142,8 @@ def objects(data: bytes, path: Path, see_through: bool) -> Objects:
 
 def external(data: bytes, path: Path) -> list[str]:
     """The files that :func:`decode` and :func:`objects` may open beside this one."""
-    return external_uris(open_document(data, str(path)).root)
+    # Whoever reads what is told here looks for names that occur twice.
+    return external_uris(open_document(data, str(path), names_once=False).root)
 
 
 def error_bound(data: bytes, path: Path) -> float:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -43,13 +44,16 @@ def check_container(start: bytes, size: int, where: str) -> None:
         check_object(start, where)
 
 
-def open_document(data: bytes, where: str) -> GltfDocument:
-    """Either form, told by the first bytes; raises :class:`UnreadableMeshError`."""
+def open_document(data: bytes, where: str, *, names_once: bool = True) -> GltfDocument:
+    """Either form, told by the first bytes; raises :class:`UnreadableMeshError`.
+
+    ``names_once``  as of :func:`parse_json`.
+    """
     if data[:4] == GLB_MAGIC:
         text, binary = _split_chunks(data, where)
     else:
         text, binary = data, None
-    root = parse_json(text, where)
+    root = parse_json(text, where, names_once=names_once)
     _check_version(root)
     _check_extensions(root)
     return GltfDocument(root, binary)
@@ -253,6 +257,10 @@ class JsonObject:
         if index >= len(values):
             raise self.fail(f"{_place(key, index)} is used, but there are {len(values)}")
         return self._view(values[index], key, index)
+
+    def items(self, key: str) -> Iterator[JsonObject]:
+        """All objects of an array of objects."""
+        return (self._view(value, key, index) for index, value in enumerate(self._array(key)))
 
     def _not_numbers(self, key: str, length: int) -> UnreadableMeshError:
         return self.fail(f"'{key}' is not an array of {length} numbers")

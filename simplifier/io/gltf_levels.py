@@ -14,8 +14,7 @@ def level_ids(root: JsonObject) -> dict[int, list[int]]:
     names levels itself, as in a cycle.
     """
     levels = {}
-    for index in range(root.count("nodes")):
-        node = root.item("nodes", index)
+    for index, node in enumerate(root.items("nodes")):
         if node.has_extension(EXTENSION):
             extension = node.child("extensions").child(EXTENSION)
             if extension.has("ids"):

@@ -159,9 +159,8 @@ def _root_nodes(root: JsonObject) -> list[int]:
     """The default scene's nodes, or all that are nobody's child."""
     if root.has("scene"):
         return root.item("scenes", root.integer("scene")).integers("nodes")
-    count = root.count("nodes")
-    children = {child for i in range(count) for child in root.item("nodes", i).integers("children")}
-    return [index for index in range(count) if index not in children]
+    children = {child for node in root.items("nodes") for child in node.integers("children")}
+    return [index for index in range(root.count("nodes")) if index not in children]
 
 
 def mesh_name(root: JsonObject, mesh: int) -> str:

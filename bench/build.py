@@ -23,8 +23,9 @@ from typing import Any
 from bench.process_tree import run_command
 from bench.record import Row, told, write_page, write_table
 from simplifier.builds.build import build_assets
+from simplifier.builds.digests import Digests
 from simplifier.builds.making import AssetJob
-from simplifier.builds.record import Digests, record_path
+from simplifier.builds.record import record_path
 from simplifier.builds.shard_record import shards_folder
 from simplifier.builds.shards import Shard
 from simplifier.kernels.threads import thread_count

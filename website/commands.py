@@ -5,8 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from itertools import groupby
-from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from typer.main import get_command
 
@@ -15,7 +14,7 @@ from simplifier.cli.main import app
 from website.tables import page, table
 
 FOLDER = "reference/commands"
-_VALUES = {int: "WHOLE", float: "NUMBER", Path: "PATH"}
+_VALUES = {"int": "WHOLE", "float": "NUMBER", "path": "PATH"}  # "int range" is one, too
 
 
 def pages() -> dict[str, str]:
@@ -80,11 +79,10 @@ def _option_row(option: Any) -> tuple[str, str, str]:
 
 def _value_word(option: Any) -> str:
     """What is typed after an option's name."""
-    kind = option.type_descriptor.annotation
-    choices = get_args(kind) or [one.value for one in getattr(kind, "__members__", {}).values()]
+    choices = getattr(option.type, "choices", ())
     if choices and not option.metavar:
         return ", ".join(f"`{one}`" for one in choices)
-    return str(option.metavar or _VALUES.get(kind, "TEXT"))
+    return str(option.metavar or _VALUES.get(option.type.name.partition(" ")[0], "TEXT"))
 
 
 def _default(option: Any) -> str:

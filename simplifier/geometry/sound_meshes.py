@@ -23,7 +23,7 @@ from simplifier.geometry.mesh import (
 
 _SMALL = 1 << 11  # triangles, from which a mesh is as well checked by itself
 _TOGETHER = 1 << 15  # triangles whose temporary arrays stay in a cache
-_SPAN = FURTHEST / 8.0  # half of the shortest triangle reaches as far, with room for rounding
+_SPAN = FURTHEST / 8.0  # shortest triangles: a quarter of the box that could hold a stray
 
 Soup = tuple[FloatArray, IndexArray]
 

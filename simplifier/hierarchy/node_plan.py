@@ -122,20 +122,24 @@ def _stands(parts: Parts, whole: NDArray[np.bool_], options: SceneOptions) -> li
     scene = parts.scene
     stretch = np.zeros(len(scene.meshes))
     np.maximum.at(stretch, scene.mesh_of, scales(scene.transforms))
-    holes = options.smallest_hole / np.where(stretch > 0.0, stretch, 1.0)
-    grounded = np.full(len(scene.meshes), options.ground)
-    np.logical_and.at(grounded, scene.mesh_of, whole)
-    upright = np.ones((len(scene.meshes), 3), dtype=np.bool_)
-    np.logical_and.at(
-        upright, scene.mesh_of, _are_upright(scene.transforms, "xyz".index(options.up))
-    )
-    names: tuple[Axis, ...] = get_args(Axis)
-    axes = [names[int(np.argmax(row))] if row.any() else None for row in upright]
+    with np.errstate(over="ignore"):
+        holes = options.smallest_hole / np.where(stretch > 0.0, stretch, 1.0)
+    axes = _upright_axes(parts, whole, options.up) if options.ground else [None] * len(holes)
     return [
         # Turning an instance must not change the key by rounding.
-        Stand(axis if stands else None, float(f"{hole:.6g}"))
-        for axis, stands, hole in zip(axes, grounded.tolist(), holes.tolist(), strict=True)
+        Stand(axis, float(f"{hole:.6g}"))
+        for axis, hole in zip(axes, holes.tolist(), strict=True)
     ]
+
+
+def _upright_axes(parts: Parts, whole: NDArray[np.bool_], up: Axis) -> list[Axis | None]:
+    """Of each mesh; None where an instance is but a piece of an object, or stands otherwise."""
+    scene = parts.scene
+    found = np.ones((len(scene.meshes), 3), dtype=np.bool_)
+    so = _are_upright(scene.transforms, "xyz".index(up)) & whole[:, None]
+    np.logical_and.at(found, scene.mesh_of, so)
+    names: tuple[Axis, ...] = get_args(Axis)
+    return [names[int(np.argmax(row))] if row.any() else None for row in found]
 
 
 def _are_upright(transforms: FloatArray, up: int) -> NDArray[np.bool_]:

@@ -48,6 +48,7 @@ _VOLATILE = (
         re.compile(r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d(?::\d\d(?:\.\d+)?)?(?:Z|\+00:00| UTC)?)?"),
         "DATE",
     ),
+    (re.compile(r"\b\d{1,2} [A-Z][a-z]+ 20\d\d\b"), "DATE"),  # 20 November 2026
     (re.compile(r"(?<=│) +\d+\.\d +(?=│)"), "TIME"),  # in a table's column of seconds
     (re.compile("─+"), "─"),  # as wide as a time is long
     (re.compile(r"width: [\d.]+%"), "WIDTH"),  # of a bar of time

@@ -25,7 +25,7 @@ READY := $(VENV)/.ready
 # What tests and tools load is compiled once, also where the machine is set to keep nothing.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test kernels test-slow test-faults test-cluster mutants test-pages test-blender fuzz check serve wheel docker-check docs openapi bench clean
+.PHONY: demo test kernels collected test-slow test-faults test-cluster mutants test-pages test-blender fuzz check serve wheel docker-check docs openapi bench clean
 
 demo: $(READY)
 	mkdir -p out/demo
@@ -36,9 +36,10 @@ demo: $(READY)
 		--ground --budget 64 --report out/demo/report.json --pictures out/demo
 	@echo "open out/demo/report.html and out/demo/castle_occluder.glb"
 
-# Kernels are compiled once, beside the checks, and not by every process of the tests.
+# Kernels are compiled once, beside the checks, and not by every process of the tests.  In a new
+# clone tests are read once as well: that takes three times as long as to read them again.
 test: $(READY)
-	$(MAKE) -j 2 check kernels
+	$(MAKE) -j 2 check kernels collected
 	$(BIN)/python -m pytest -n 3 --dist loadfile --no-loadscope-reorder
 
 # An empty kernel cache, whole sweeps, statues, the service's contract at length, and every example
@@ -88,6 +89,9 @@ fuzz: $(READY)
 
 kernels: $(READY)
 	$(BIN)/occluder warmup
+
+collected: $(READY)
+	test -d tests/__pycache__ || $(BIN)/python -m pytest --collect-only > /dev/null
 
 check: $(READY)
 	$(BIN)/ruff format --check .

@@ -33,6 +33,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import (
     STEPS,
@@ -43,6 +44,8 @@ from simplifier.kernels.bit_image import (
 from simplifier.kernels.compiled.intrinsic import intrinsic
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.voxelize import ROOM, is_contained
+
+Images = NDArray[np.uint64]
 
 INSET = 0.2
 """Pixels by which triangles are drawn smaller, so that neighbours have to overlap: a crack that is
@@ -66,6 +69,12 @@ def digit_count(triangles):
     while triangles + 1 >= 1 << digits:
         digits += 1
     return digits
+
+
+def empty_pictures(triangles: int, views: int, rows: int) -> tuple[Images, Images]:
+    """``images`` and ``layers`` of so many."""
+    images = np.zeros((triangles, views, rows), dtype=np.uint64)
+    return images, np.zeros((views, 2 + digit_count(triangles), rows), dtype=np.uint64)
 
 
 @inline_kernel

@@ -19,9 +19,10 @@ from simplifier.kernels.random_quads import full_areas
 from simplifier.kernels.soup_views import (
     FRONT_ROWS,
     FRONT_STEP,
-    digit_count,
+    Images,
     draw_soup,
     draw_union,
+    empty_pictures,
     remove_useless,
     score_unions,
 )
@@ -35,8 +36,6 @@ _PULLS = 48  # steps, each a sixteenth of the way: a twentieth of the size is le
 _PULL = 1.0 / 16.0
 _SHIFTS = np.array([0.0, 0.5, -0.5, 1.0, -1.0, 1.5, -1.5, 2.0, -2.0])  # voxels, tried in turn
 _FEW = 50  # triangles up to which a move is as hot; each of more has less to lose
-
-Images = NDArray[np.uint64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,12 +100,6 @@ def by_looks(projections: FloatArray) -> FloatArray:
     for _, stride in _looks(len(projections)):
         after += numbers % stride != 0
     return projections[np.argsort(after, kind="stable")]
-
-
-def empty_pictures(triangles: int, views: int, rows: int) -> tuple[Images, Images]:
-    """``images`` and ``layers`` of so many, as :mod:`simplifier.kernels.soup_views` has them."""
-    images = np.zeros((triangles, views, rows), dtype=np.uint64)
-    return images, np.zeros((views, 2 + digit_count(triangles), rows), dtype=np.uint64)
 
 
 def cells_before(room: Room) -> NDArray[np.int64]:

@@ -9,16 +9,8 @@ from hypothesis import strategies as st
 
 from simplifier.kernels import faces as module
 from simplifier.kernels.compiled.kernel import inner_kernel
-from simplifier.kernels.faces import (
-    draw_eight,
-    draw_face,
-    draw_faces,
-    empty_spans,
-    lies_between,
-    list_bare,
-    list_pictured,
-    project,
-)
+from simplifier.kernels.coverage import draw_views
+from simplifier.kernels.faces import draw_eight, list_bare, list_pictured, project
 
 ROOM = module._ROOM
 SEEDS = st.integers(0, 2**32 - 1)
@@ -41,13 +33,21 @@ def eight_by_machine(points, listed, begin, columns, mask):
     return draw_eight(points, listed, begin, columns, mask, mask.shape[1])
 
 
-@inner_kernel
-def draw_one_by_one(points, cells, faces, columns, mask):
-    spans = empty_spans(mask)
-    for face in range(len(faces)):
-        i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
-        if not lies_between(cells[i], cells[j], cells[k]):
-            draw_face(points, cells, i, j, k, columns, mask, spans)
+def picture(space, faces, rows, columns):
+    """(rows, words) of what the faces cover; the pictures of views beside it stay as they are."""
+    masks = np.zeros((3, rows, -(-columns // 64)), np.uint64)
+    draw_views(space, faces, np.array([FLAT] * 3), columns, 1, 2, masks)
+    assert not masks[[0, 2]].any()
+    return masks[1]
+
+
+def picture_one_by_one(space, faces, rows, columns):
+    """The same of each face alone, which is drawn in the plain way."""
+    masks = np.zeros((1, rows, -(-columns // 64)), np.uint64)
+    for face in faces:
+        corners = np.ascontiguousarray(space[:, face])
+        draw_views(corners, np.arange(3, dtype=np.int32)[None], FLAT[None], columns, 0, 1, masks)
+    return masks[0]
 
 
 def empty_list():
@@ -55,19 +55,28 @@ def empty_list():
 
 
 def soup(rng, count, rows, columns, size, shared=0.0):
-    """Points (n, 2) and cells (n,) of triangles of about that size, some of them beside the image,
-    with corners at pixel centres and between them, a ``shared`` part of them those of others; and
-    faces (count, 3)."""
+    """Vertices (3, n) of triangles of about that size, some of them beside the image, with corners
+    at pixel centres and between them, a ``shared`` part of them those of others; and their faces
+    (count, 3)."""
     middles = rng.uniform(-size, np.array([columns, rows]) + size, (count, 1, 2))
     corners = middles + rng.normal(0.0, size, (count, 3, 2))
     exact = rng.random((count, 3, 1)) < 0.3
     vertices = np.where(exact, np.floor(corners) + 0.5, corners).reshape(-1, 2)
-    points, cells = np.empty((len(vertices), 2)), np.empty(len(vertices), np.uint32)
-    space = np.vstack([vertices.T, np.zeros(len(vertices))])
-    project(space, FLAT, rows, columns, points, cells)
     faces = np.arange(3 * count, dtype=np.int32).reshape(-1, 3)
     others = rng.permutation(faces.reshape(-1)).reshape(-1, 3)
-    return points, cells, np.where(rng.random((count, 3)) < shared, others, faces)
+    return in_space(vertices), np.where(rng.random((count, 3)) < shared, others, faces)
+
+
+def in_space(places):
+    """(3, n) of places (n, 2) in the image."""
+    return np.ascontiguousarray(np.pad(places, ((0, 0), (0, 1))).T)
+
+
+def projected(space, rows, columns):
+    """Points (n, 2) and cells (n,) of vertices (3, n)."""
+    points, cells = np.empty((space.shape[1], 2)), np.empty(space.shape[1], np.uint32)
+    project(space, FLAT, rows, columns, points, cells)
+    return points, cells
 
 
 @settings(max_examples=60, deadline=None)
@@ -76,12 +85,8 @@ def soup(rng, count, rows, columns, size, shared=0.0):
     size=st.sampled_from([0.4, 2.0, 6.0, 20.0, 70.0]),
 )  # fmt: skip
 def test_many_triangles_cover_what_each_alone_covers(seed, count, rows, columns, size):
-    points, cells, faces = soup(np.random.default_rng(seed), count, rows, columns, size, 0.1)
-    mask, alone = np.zeros((2, rows + 2, -(-columns // 64)), np.uint64)
-    draw_faces(points, cells, faces, columns, mask[1:-1])
-    draw_one_by_one(points, cells, faces, columns, alone[1:-1])
-    assert np.array_equal(mask, alone)
-    assert not mask[[0, -1]].any()  # of another view
+    shown = *soup(np.random.default_rng(seed), count, rows, columns, size, 0.1), rows, columns
+    assert np.array_equal(picture(*shown), picture_one_by_one(*shown))
 
 
 def test_which_triangles_are_pictured_is_told_as_in_python():
@@ -105,9 +110,9 @@ def test_which_triangles_are_bare_is_told_as_in_python(columns):
     """Behind a picture with holes; large ones are told apart."""
     rng, kinds = np.random.default_rng(columns), set()
     for size in (1.0, 3.0, 8.0, 30.0):
-        points, cells, faces = soup(rng, 400, 50, columns, size)
-        mask = np.zeros((50, -(-columns // 64)), np.uint64)
-        draw_one_by_one(points, cells, faces[:30], columns, mask)
+        space, faces = soup(rng, 400, 50, columns, size)
+        mask = picture_one_by_one(space, faces[:30], 50, columns)
+        _, cells = projected(space, 50, columns)
         for begin in range(0, 320, 5):
             listed = empty_list()
             if list_pictured(cells, faces, begin, listed, 0) < 16:
@@ -125,7 +130,8 @@ def test_which_triangles_are_bare_is_told_as_in_python(columns):
 def test_eight_triangles_are_drawn_as_in_python(columns):
     rng, drawn = np.random.default_rng(columns), 0
     for size in (1.0, 3.0, 6.0):
-        points, cells, faces = soup(rng, 400, 50, columns, size)
+        space, faces = soup(rng, 400, 50, columns, size)
+        points, cells = projected(space, 50, columns)
         for begin in range(0, 330, 7):
             listed, small = empty_list(), empty_list()
             words = -(-columns // 64)
@@ -149,8 +155,8 @@ def test_a_crossing_that_rounding_takes_out_of_its_window_is_told_and_drawn():
     corners = np.column_stack([rng.uniform(66.0, 94.0, 192), rng.uniform(-60.0, -20.0, 192)])
     corners[::3, 0] = np.nextafter(31.5, 32.0)
     corners[::3, 1] = np.nextafter(9.5, 10.0)
-    points, cells = np.empty((192, 2)), np.empty(192, np.uint32)
-    project(np.vstack([corners.T, np.zeros(192)]), FLAT, 30, columns, points, cells)
+    space = in_space(corners)
+    points, cells = projected(space, 30, columns)
     faces = np.arange(192, dtype=np.int32).reshape(-1, 3)
     listed, found = empty_list(), np.zeros((30, 2), np.uint64)
     assert list_pictured(cells, faces, 0, listed, 0) == 64
@@ -159,7 +165,5 @@ def test_a_crossing_that_rounding_takes_out_of_its_window_is_told_and_drawn():
         assert beyond == draw_eight(points, listed, begin, columns, found, 2)
         told += int(beyond).bit_count()
     assert told > 0
-    found[:], alone = 0, np.zeros_like(found)
-    draw_faces(points, cells, faces, columns, found)
-    draw_one_by_one(points, cells, faces, columns, alone)
-    assert np.array_equal(found, alone)
+    shown = space, faces, 30, columns
+    assert np.array_equal(picture(*shown), picture_one_by_one(*shown))

@@ -9,23 +9,27 @@ from hypothesis import strategies as st
 
 from simplifier.geometry.views import hemisphere_directions, image_axes
 from simplifier.kernels.soup_views import (
+    FRONT_ROWS,
     INSET,
     UNIT,
     digit_count,
     draw_soup,
     draw_union,
+    empty_pictures,
     exchange_picture,
     remove_useless,
     score_unions,
     unite_others,
 )
-from simplifier.refinement.annealing import empty_pictures
-from simplifier.refinement.depths import NO_DEPTHS
 from tests.kernels.bits import blob, eroded_areas, packed, unpacked
 from tests.pictures import sphere_projections
 
 VIEWS = 5
 FREE = np.zeros((VIEWS, 2), np.int64)
+NO_DEPTHS = (
+    np.empty((0, 4)), np.empty((0, FRONT_ROWS, 64), np.float32),
+    np.empty((0, FRONT_ROWS), np.float32),
+)  # fmt: skip
 
 
 def soup(seed, count):
@@ -41,7 +45,7 @@ def projections(views=VIEWS):
 def drawn(triangles, views, beside=None):
     images, layers = empty_pictures(len(triangles), len(views), 64)
     standing = np.zeros((len(views), 64), np.uint64) if beside is None else beside
-    draw_soup(triangles, views, NO_DEPTHS.arrays(), standing, images, layers)
+    draw_soup(triangles, views, NO_DEPTHS, standing, images, layers)
     return images, layers
 
 
@@ -88,7 +92,7 @@ def test_pictures_hold_the_pixels_inside(seed):
     assert np.array_equal(layers[:, 0], union)
     beside = np.zeros_like(union)
     beside[:, ::3] = 5
-    draw_union(triangles, views, NO_DEPTHS.arrays(), beside)
+    draw_union(triangles, views, NO_DEPTHS, beside)
     union[:, ::3] |= np.uint64(5)
     assert np.array_equal(beside, union)
 

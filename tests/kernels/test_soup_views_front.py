@@ -12,10 +12,10 @@ from simplifier.kernels.soup_views import (
     FRONT_STEP,
     draw_soup,
     draw_union,
+    empty_pictures,
     remove_useless,
     score_unions,
 )
-from simplifier.refinement.annealing import empty_pictures
 from simplifier.refinement.depths import Depths
 from tests.kernels.bits import unpacked
 from tests.pictures import sphere_projections

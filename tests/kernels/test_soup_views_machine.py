@@ -14,7 +14,6 @@ from simplifier.kernels.soup_views import (
     OUTLINE_NUMBERS,
     UNIT,
     block_size,
-    digit_count,
     draw_found,
     draw_triangle,
     exchange_picture,
@@ -23,25 +22,27 @@ from simplifier.kernels.soup_views import (
     score_exchange,
     score_view,
 )
-from simplifier.refinement.annealing import empty_pictures
 from tests.kernels.bits import blob, packed, unpacked
-from tests.kernels.test_soup_views import covered_pixels, drawn, projections, soup
+from tests.kernels.test_soup_views import covered_pixels, projections, soup
 
 SEEDS = st.integers(0, 2**32 - 1)
 HEIGHTS = st.sampled_from([64, 64 + FRONT_ROWS])
+ONE_VIEW = projections(1)[0]
 
 
 def pictures(rng, count, height):
     """(count, height) uint64: random triangles' pictures, and dots where rows are past those."""
     dots = rng.integers(0, 2**64, (count, height), np.uint64)
     dots &= rng.integers(0, 2**64, (count, height), np.uint64)
-    dots[:, :64] = drawn(soup(rng.integers(2**32), count), projections(1))[0][:, 0]
+    for dot, triangle in zip(dots, soup(rng.integers(2**32), count), strict=True):
+        dot[:64] = packed(covered_pixels(triangle, ONE_VIEW))
     return dots
 
 
 def counted(images):
     """(2 + d, height) layers of pictures, one after the other, by the function of Python."""
-    layers = empty_pictures(len(images), 1, images.shape[1])[1][0]
+    digits = (len(images) + 1).bit_length()
+    layers = np.zeros((2 + digits, images.shape[1]), np.uint64)
     for image in images:
         exchange(layers, np.zeros_like(image), image)
     return layers
@@ -75,7 +76,7 @@ def test_the_last_digit_is_carried_into(count):
     full = np.full((count, 64), 2**64 - 1, np.uint64)
     layers = counted(full)
     assert [int(layer[0] & np.uint64(1)) for layer in layers[2:]] == [
-        count >> place & 1 for place in range(digit_count(count))
+        count >> place & 1 for place in range(len(layers) - 2)
     ]
     for image in full:
         exchange_picture(layers, image, np.zeros(64, np.uint64), np.uint64(255))

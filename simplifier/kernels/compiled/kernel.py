@@ -126,7 +126,8 @@ class Kernel:
         self._run = run
 
     def _first(self, *arguments: Any) -> Any:
-        load_imported()
+        if self.takes:  # others are compiled by numba, with what they call
+            load_imported()
         if self._run == self._first:  # there is no machine code
             self._run = self.compiled_by_numba
         return self._run(*arguments)

@@ -18,6 +18,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import certifi
 import pytest
 from hypothesis import Phase, is_hypothesis_test, settings
 from hypothesis.internal.conjecture import providers
@@ -69,6 +70,19 @@ SHARE = 0.4  # of the examples that a property asks for, which ``steady`` takes
 def own_folder(tmp_path_factory: pytest.TempPathFactory) -> None:
     """What commands remember of what they made lies in a folder of the tests."""
     os.environ["XDG_CONFIG_HOME"] = str(tmp_path_factory.mktemp("settings"))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_authority(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Each client loads the certificates of all authorities, which takes 40 ms, in whatever process
+    it is.  All that tests ask is on loopback, where one authority will do."""
+    whole, end = Path(certifi.where()).read_text(), "-----END CERTIFICATE-----\n"
+    file = tmp_path_factory.mktemp("authorities") / "one.pem"
+    file.write_text(whole[: whole.index(end) + len(end)])
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SSL_CERT_FILE", str(file))
+        patch.delenv("SSL_CERT_DIR", raising=False)
+        yield
 
 
 @pytest.fixture(scope="session")

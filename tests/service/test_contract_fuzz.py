@@ -24,7 +24,7 @@ METHODS = {"delete", "get", "head", "patch", "post", "put"}
 @pytest.mark.parametrize(
     ("examples", "keyed"),
     [
-        (8, True),
+        (5, True),
         pytest.param(8, False, marks=pytest.mark.slow),
         pytest.param(60, True, marks=pytest.mark.slow),
     ],

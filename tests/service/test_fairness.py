@@ -3,56 +3,48 @@
 from __future__ import annotations
 
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import httpx
 import pytest
 
 from service.access.key import Scope
+from service.app import create_app
+from service.settings import Settings
 from service.storage.key_store import SqlKeyStore
-from service.storage.sqlite import SqliteDatabase
-from tests.faults.serving import LIGHT_WORK, path_of_processes
-from tests.service.real import BOX, running
-from tests.service.routes.serving import problem
+from tests.service.light import light_workers
+from tests.service.real import BOX
+from tests.service.routes.serving import listening, problem
+from tests.service.storage.fresh import fresh_database
 from tests.waiting import BUSY, until
 
 JOB_SECONDS = 0.4
 
 
-@pytest.fixture(scope="module")
-def declared(tmp_path_factory):
-    return path_of_processes(tmp_path_factory.mktemp("declared"))
-
-
 @pytest.fixture
-def serve(declared, tmp_path):
-    """``serve(OCCLUDER_WORKERS="2")``: a server, and a client of each of two tenants."""
+def serve(tmp_path):
+    """``serve(workers=2)``: a server, and a client of each of two tenants."""
     data = tmp_path / "data"
     data.mkdir(mode=0o700)
-    database = SqliteDatabase.open(data / "occluder.db")
+    database = fresh_database(data / "occluder.db")
     keys = SqlKeyStore(database)
     secrets = {name: keys.create(name, "test", Scope.WRITE)[1] for name in ("studio", "rival")}
     database.close()
-    opened = []
+    with ExitStack() as opened:
 
-    def start(**variables):
-        server = running(
-            declared, data, OCCLUDER_REQUIRE_KEYS="true", OCCLUDER_DASHBOARD="false",
-            FAULTS_WORK=str(LIGHT_WORK), **variables,
-        )  # fmt: skip
-        address = server.__enter__().address
-        clients = [
-            httpx.Client(base_url=address, headers={"X-API-Key": one}, timeout=BUSY)
-            for one in secrets.values()
-        ]
-        opened.append((server, clients))
-        return clients
+        def start(**chosen):
+            settings = Settings(data=data, require_keys=True, dashboard=False, min_free=0, **chosen)
+            opened.enter_context(light_workers())
+            address = opened.enter_context(listening(create_app(settings)))
+            return [
+                opened.enter_context(
+                    httpx.Client(base_url=address, headers={"X-API-Key": one}, timeout=BUSY)
+                )
+                for one in secrets.values()
+            ]
 
-    yield start
-    for server, clients in opened:
-        for client in clients:
-            client.close()
-        server.__exit__(None, None, None)
+        yield start
 
 
 def post(client: httpx.Client, deed: str, number: int, **query: str) -> httpx.Response:
@@ -76,7 +68,7 @@ def look(client: httpx.Client, job_id: str) -> dict:
 
 def test_a_single_job_waits_for_one_of_a_flood(serve) -> None:
     """Also for a client that waits on its connection, whatever the other has sent."""
-    studio, rival = serve(OCCLUDER_WORKERS="1")
+    studio, rival = serve(workers=1)
     flood = [submit(studio, f"occupy {JOB_SECONDS}", number) for number in range(30)]
     until(lambda: look(studio, flood[0])["state"] != "queued", BUSY)
     begin = time.monotonic()
@@ -95,7 +87,7 @@ def test_a_single_job_waits_for_one_of_a_flood(serve) -> None:
 
 
 def test_a_slow_mesh_leaves_a_worker_to_the_others(serve, tmp_path: Path) -> None:
-    studio, rival = serve(OCCLUDER_WORKERS="2")
+    studio, rival = serve(workers=2)
     gate = tmp_path / "gate"
     slow = [submit(studio, f"wait {gate}", number) for number in range(3)]
     until(lambda: look(studio, slow[0])["state"] == "running", BUSY)
@@ -108,7 +100,7 @@ def test_a_slow_mesh_leaves_a_worker_to_the_others(serve, tmp_path: Path) -> Non
 
 
 def test_within_a_tenant_interactive_jobs_go_first(serve, tmp_path: Path) -> None:
-    studio, _ = serve(OCCLUDER_WORKERS="1")
+    studio, _ = serve(workers=1)
     gate = tmp_path / "gate"
     first = submit(studio, f"wait {gate}", 0)
     until(lambda: look(studio, first)["state"] == "running", BUSY)  # else it counts as one in a row
@@ -125,7 +117,7 @@ def test_within_a_tenant_interactive_jobs_go_first(serve, tmp_path: Path) -> Non
 
 def test_who_sends_too_much_is_told_when_to_come_again(serve) -> None:
     """And may, where that was told; the other tenant has room all along."""
-    studio, rival = serve(OCCLUDER_WORKERS="1", OCCLUDER_TENANT_WAITING="3")
+    studio, rival = serve(workers=1, tenant_waiting=3)
     known = ended(studio, submit(studio, f"occupy {2 * JOB_SECONDS}", 0))
     assert known["state"] == "succeeded"
     for number in range(1, 9):

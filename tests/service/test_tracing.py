@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import os
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 
@@ -12,8 +11,7 @@ import pytest
 from opentelemetry.proto.collector.trace.v1.trace_service_pb2 import ExportTraceServiceRequest
 
 from service.tracing import SpanKind, span, traceparent
-from tests.acceptance.command import ROOT
-from tests.service.declared import declare
+from tests.faults.serving import LIGHT_WORK, path_of_processes
 from tests.service.real import BOX, QUICK, running
 from tests.service.webhooks.receivers import receiving
 from tests.waiting import until
@@ -23,7 +21,7 @@ OURS = "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01"
 
 @pytest.fixture
 def declared(tmp_path):
-    return os.pathsep.join([str(declare(tmp_path / "declared")), str(ROOT)])
+    return path_of_processes(tmp_path / "declared")
 
 
 @pytest.fixture
@@ -60,6 +58,7 @@ def test_a_request_its_job_and_its_webhook_are_one_trace(collector, declared, tm
         receiving() as receiver,
         running(
             declared, tmp_path / "data", OCCLUDER_WEBHOOK_PRIVATE="true",
+            OCCLUDER_DASHBOARD="false", FAULTS_WORK=str(LIGHT_WORK),
             OTEL_EXPORTER_OTLP_ENDPOINT=address, OTEL_BSP_SCHEDULE_DELAY="100",
         ) as server,
     ):  # fmt: skip

@@ -30,7 +30,7 @@ def keys(tmp_path):
         database.close()
 
 
-def test_a_key_is_made_listed_and_revoked_while_a_service_uses_the_folder(command, tmp_path):
+def test_a_key_is_made_listed_and_revoked_while_a_service_uses_the_folder(command, here, tmp_path):
     made = command("keys", "create", "--tenant", "studio", "--scope", "read", "--name", "night")
     assert made.returncode == 0, made.stderr
     secret = made.stdout.strip()
@@ -44,7 +44,7 @@ def test_a_key_is_made_listed_and_revoked_while_a_service_uses_the_folder(comman
         key = store.find(secret)
         assert (key.tenant, key.name, key.scope) == ("studio", "night", Scope.READ)
 
-        listed = command("keys", "list")
+        listed = here("keys", "list")
         assert listed.returncode == 0
         head, row = listed.stdout.splitlines()
         assert head.split()[:3] == ["id", "begins", "tenant"]
@@ -53,7 +53,7 @@ def test_a_key_is_made_listed_and_revoked_while_a_service_uses_the_folder(comman
             assert row[head.index(column) :].startswith(value)
         assert secret not in listed.stdout
 
-        revoked = command("keys", "revoke", key.hint)
+        revoked = here("keys", "revoke", key.hint)
         assert revoked.returncode == 0
         assert key.id in revoked.stderr
         assert store.find(secret) is None

@@ -10,6 +10,7 @@ import httpx
 import pytest
 
 from simplifier import __version__
+from tests.faults.serving import LIGHT_WORK, SURROUNDINGS
 from tests.postgres import PostgresServer
 from tests.service.real import BOX, QUICK, running
 from tests.waiting import until
@@ -82,16 +83,22 @@ def test_another_secret_than_that_of_others_is_refused(here, shared, declared, t
     refused = here("serve", "--port", "0", **wrong)
     assert (refused.returncode, "another secret" in refused.stderr) == (2, True), refused.stderr
     assert here("migrate", **wrong).returncode == 0
-    with running(declared, tmp_path / "occluder_data", OCCLUDER_ENGINE="none", **wrong):
+    with running(
+        declared,
+        tmp_path / "occluder_data",
+        OCCLUDER_ENGINE="none",
+        OCCLUDER_DASHBOARD="false",
+        **wrong,
+    ):
         pass
 
 
-def test_a_mesh_becomes_an_occluder_through_the_shared_database(
-    command, shared, declared, tmp_path, postgres
-):
-    assert command("migrate", **shared).returncode == 0
+def test_a_job_is_done_through_the_shared_database(here, shared, declared, tmp_path, postgres):
+    assert here("migrate", **shared).returncode == 0
+    path = os.pathsep.join([str(SURROUNDINGS), declared])
+    light = {"FAULTS_WORK": str(LIGHT_WORK), "OCCLUDER_DASHBOARD": "false"}
     with (
-        running(declared, tmp_path / "data", **shared) as server,
+        running(path, tmp_path / "data", **shared, **light) as server,
         httpx.Client(base_url=server.address, timeout=120.0) as http,
     ):
         asked = {**QUICK, "filename": "box.obj", "asset": "box"}

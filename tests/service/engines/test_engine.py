@@ -177,21 +177,24 @@ def test_progress_is_told_while_a_job_runs(shared):
     until(lambda: shared.board.latest(id_) is None)
 
 
-def test_two_hundred_jobs_end_exactly_once_whoever_is_killed(tmp_path):
+@pytest.mark.parametrize("count", [80, pytest.param(200, marks=pytest.mark.slow)])
+def test_many_jobs_end_exactly_once_whoever_is_killed(tmp_path, count):
     note = tmp_path / "note"
     place = Workplace(tmp_path / "place", attempts=3, jobs_per_process=40)
     with place.open():
-        ids = [place.submit(text=str(number), note=str(note), attempts=20) for number in range(200)]
-        for goal in range(20, 200, 30):
+        ids = [
+            place.submit(text=str(number), note=str(note), attempts=20) for number in range(count)
+        ]
+        for goal in range(20, count, 30):
             until(lambda goal=goal: len(pids(note)) > goal)
             until(lambda: killed(pids(note)[-1]))
         jobs = [place.end_of(one, 60.0) for one in ids]
     assert {job.state for job in jobs} == {JobState.SUCCEEDED}
     assert sorted(place.jobs.endings) == sorted(ids)
     assert sorted(job.id for job in place.ended) == sorted(ids)
-    assert [place.results(one)["lod0.obj"] for one in ids] == [b"%d" % i for i in range(200)]
+    assert [place.results(one)["lod0.obj"] for one in ids] == [b"%d" % i for i in range(count)]
     assert not any(map(is_alive, pids(note)))
-    assert len(set(pids(note))) >= 200 // 40
+    assert len(set(pids(note))) >= count // 40
 
 
 def test_a_grown_process_is_replaced(tmp_path):

@@ -1,4 +1,4 @@
-"""A new database for each test, of either kind, and the stores on it."""
+"""An empty database for each test, of either kind, and the stores on it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from service.storage.key_store import SqlKeyStore
 from service.storage.postgres import PostgresDatabase
 from service.storage.sqlite import SqliteDatabase
 from tests.postgres import PostgresServer
-from tests.service.storage.fresh import fresh_database
+from tests.service.storage.fresh import ReusedPostgres, fresh_database
 from tests.service.storage.samples import Clock
 
 
@@ -32,13 +32,17 @@ def sqlite_database(file: Path) -> Iterator[SqliteDatabase]:
     database.close()
 
 
+@pytest.fixture(scope="session")
+def reused_postgres(postgres: PostgresServer) -> Iterator[ReusedPostgres]:
+    reused = ReusedPostgres(postgres)
+    yield reused
+    reused.close()
+
+
 @pytest.fixture
-def postgres_database(postgres: PostgresServer) -> Iterator[PostgresDatabase]:
-    address = postgres.database()
-    database = PostgresDatabase.open(address)
-    yield database
-    database.close()
-    postgres.drop(address)
+def postgres_database(reused_postgres: ReusedPostgres) -> PostgresDatabase:
+    reused_postgres.empty()
+    return reused_postgres.database
 
 
 @pytest.fixture(params=["sqlite", "postgres"])

@@ -11,7 +11,7 @@ from service.jobs.stores import JobFilter
 from service.storage.job_store import SqlJobStore
 from tests.service.storage.samples import results, submission, summary
 
-THREADS = 32
+THREADS = 16
 
 
 def in_threads(work: Callable[[int], list[str]]) -> list[str]:
@@ -27,7 +27,7 @@ def in_threads(work: Callable[[int], list[str]]) -> list[str]:
 
 
 def test_each_job_is_claimed_once(jobs: SqlJobStore) -> None:
-    ids = [jobs.submit(submission(str(number)), 1000)[0].id for number in range(60)]
+    ids = [jobs.submit(submission(str(number)), 1000)[0].id for number in range(40)]
 
     def claim_all(thread: int) -> list[str]:
         claimed = []

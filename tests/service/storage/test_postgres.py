@@ -36,6 +36,7 @@ from service.storage.postgres import (
 from service.storage.schema import newest_schema
 from service.storage.tables import AssetRow, Base, JobRow
 from tests.postgres import PostgresServer, free_port
+from tests.service.storage.fresh import ReusedPostgres, share_statements
 from tests.service.storage.samples import DIED, results, submission, summary
 from tests.waiting import until
 
@@ -43,8 +44,15 @@ SERVERS = 8
 
 
 @pytest.fixture
-def address(postgres: PostgresServer) -> Iterator[str]:
+def address(reused_postgres: ReusedPostgres) -> str:
     """Of a database with tables."""
+    reused_postgres.empty()
+    return reused_postgres.address
+
+
+@pytest.fixture
+def own_address(postgres: PostgresServer) -> Iterator[str]:
+    """Of one that nobody else has."""
     address = postgres.database()
     yield address
     postgres.drop(address)
@@ -54,13 +62,19 @@ def address(postgres: PostgresServer) -> Iterator[str]:
 def servers(address: str, count: int = SERVERS) -> Iterator[list[PostgresDatabase]]:
     """Each stands for a process: nothing that one has in memory is known to the others."""
     with ExitStack() as opened:
-        yield [opened.enter_context(closing(PostgresDatabase.open(address))) for _ in range(count)]
+        databases = [
+            opened.enter_context(closing(PostgresDatabase.open(address))) for _ in range(count)
+        ]
+        for database in databases:
+            share_statements(database)
+        yield databases
 
 
-def test_eight_servers_claim_each_of_120_jobs_once(address: str) -> None:
+@pytest.mark.parametrize("jobs", [40, pytest.param(120, marks=pytest.mark.slow)])
+def test_eight_servers_claim_each_job_once(address: str, jobs: int) -> None:
     with servers(address) as databases:
         stores = [SqlJobStore(database) for database in databases]
-        for number in range(120):
+        for number in range(jobs):
             asked = submission(str(number), tenant=f"tenant {number % 3}")
             stores[number % SERVERS].submit(asked, 1000)
 
@@ -73,9 +87,9 @@ def test_eight_servers_claim_each_of_120_jobs_once(address: str) -> None:
 
         with ThreadPoolExecutor(SERVERS) as pool:
             claims = [one for found in pool.map(claim_all, stores) for one in found]
-        assert Counter(one.job.attempt for one in claims) == {1: 120}
-        assert len({one.job.id for one in claims}) == 120
-        assert stores[0].counts()[JobState.SUCCEEDED] == 120
+        assert Counter(one.job.attempt for one in claims) == {1: jobs}
+        assert len({one.job.id for one in claims}) == jobs
+        assert stores[0].counts()[JobState.SUCCEEDED] == jobs
         check_lines(databases[0])
 
 
@@ -138,7 +152,7 @@ def test_an_asset_that_is_removed_while_a_job_of_it_comes_is_made_anew(address: 
 
     with servers(address, 2) as (one, two):
         assets, jobs = SqlAssetStore(one), SqlJobStore(two)
-        for _ in range(20):
+        for _ in range(10):
             castle, _ = assets.put("studio", "castle", Thresholds())
             with ThreadPoolExecutor(2) as pool:
                 removal = pool.submit(assets.remove, "studio", castle.id)
@@ -215,9 +229,9 @@ def schema(connection: Connection) -> dict[str, list[list[str]]]:
     }
 
 
-def test_migrations_make_exactly_the_tables(address: str, postgres: PostgresServer) -> None:
+def test_migrations_make_exactly_the_tables(own_address: str, postgres: PostgresServer) -> None:
     empty = postgres.empty_database()
-    engines = [create_engine(Place.of(one).url) for one in (address, empty)]
+    engines = [create_engine(Place.of(one).url) for one in (own_address, empty)]
     with engines[0].connect() as migrated, engines[1].begin() as made:
         assert compare_metadata(MigrationContext.configure(migrated), Base.metadata) == []
         Base.metadata.create_all(made)
@@ -281,10 +295,10 @@ def test_a_database_that_will_not_do_is_refused_in_a_line(postgres: PostgresServ
     postgres.drop(latin)
 
 
-def test_rights_that_are_missing_are_told(postgres: PostgresServer, address: str) -> None:
-    name = address.rpartition("/")[2]
+def test_rights_that_are_missing_are_told(postgres: PostgresServer, own_address: str) -> None:
+    name = own_address.rpartition("/")[2]
     postgres.execute("CREATE ROLE guest LOGIN")
-    guest = address.replace("occluder@", "guest@")
+    guest = own_address.replace("occluder@", "guest@")
     assert "permission denied" in open_error(guest)  # of the tables
     postgres.execute(f"REVOKE CONNECT ON DATABASE {name} FROM PUBLIC")
     assert "GRANT CONNECT" in open_error(guest)
@@ -292,7 +306,7 @@ def test_rights_that_are_missing_are_told(postgres: PostgresServer, address: str
     with pytest.raises(SettingsError, match="GRANT CREATE"):
         migrate_server(empty.replace("occluder@", "guest@"))
     postgres.drop(empty)
-    postgres.drop(address)
+    postgres.drop(own_address)
     postgres.execute("DROP ROLE guest")
 
 
@@ -301,8 +315,8 @@ def test_a_server_that_is_too_old_is_refused(address: str, monkeypatch: pytest.M
     assert "use 99 or newer" in open_error(address)
 
 
-def test_a_schema_that_will_not_do_is_refused(postgres: PostgresServer, address: str) -> None:
-    name = address.rpartition("/")[2]
+def test_a_schema_that_will_not_do_is_refused(postgres: PostgresServer, own_address: str) -> None:
+    name = own_address.rpartition("/")[2]
 
     def has(schema: str, runs_from: str) -> None:
         postgres.execute(f"UPDATE alembic_version SET version_num = '{schema}'", name)
@@ -312,13 +326,13 @@ def test_a_schema_that_will_not_do_is_refused(postgres: PostgresServer, address:
     assert "run 'occluder migrate' once" in open_error(empty)
     postgres.drop(empty)
     has("0011", "0011")
-    assert "needs 00" in open_error(address)
+    assert "needs 00" in open_error(own_address)
     has("9999", "0012")
-    PostgresDatabase.open(address).close()  # a release runs on the schema of the next one
+    PostgresDatabase.open(own_address).close()  # a release runs on the schema of the next one
     has("9999", "9000")
-    assert "install 2.0" in open_error(address)
+    assert "install 2.0" in open_error(own_address)
     with pytest.raises(SettingsError, match="of the newest release"):
-        migrate_server(address)
+        migrate_server(own_address)
 
 
 @contextmanager

@@ -6,11 +6,12 @@ from contextlib import closing
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sqlalchemy import text
 
 from service.access.attempts import LIMIT, FailedAttempts
 from service.storage.postgres import PostgresDatabase
 from service.storage.sign_in_store import SqlFailedAttempts
-from tests.postgres import PostgresServer
+from tests.service.storage.fresh import ReusedPostgres
 
 
 class Clocked:
@@ -39,52 +40,45 @@ ACTS = st.lists(
 )
 
 
-def test_two_servers_count_as_one_process_does(postgres: PostgresServer) -> None:
-    address = postgres.database()
-    with closing(PostgresDatabase.open(address)) as database:
+def test_two_servers_count_as_one_process_does(postgres_database: PostgresDatabase) -> None:
+    database = postgres_database
 
-        @settings(max_examples=12)
-        @given(ACTS)
-        def follow(acts: list[object]) -> None:
-            clocked = Clocked(database)
-            with database.writing() as session:
-                from sqlalchemy import text
-
-                session.execute(text("DELETE FROM failed_sign_ins"))
-            here, there = SqlFailedAttempts(clocked), SqlFailedAttempts(clocked)  # type: ignore[arg-type]
-            plain = FailedAttempts(lambda: clocked.now)
-            last = ("1.2.3.4", "")
-            for number, act in enumerate(acts):
-                store = here if number % 2 else there
-                match act:
-                    case (str(), str()):
-                        last = act  # type: ignore[assignment]
+    @settings(max_examples=12)
+    @given(ACTS)
+    def follow(acts: list[object]) -> None:
+        clocked = Clocked(database)
+        with database.writing() as session:
+            session.execute(text("DELETE FROM failed_sign_ins"))
+        here, there = SqlFailedAttempts(clocked), SqlFailedAttempts(clocked)  # type: ignore[arg-type]
+        plain = FailedAttempts(lambda: clocked.now)
+        last = ("1.2.3.4", "")
+        for number, act in enumerate(acts):
+            store = here if number % 2 else there
+            match act:
+                case (str(), str()):
+                    last = act  # type: ignore[assignment]
+                    store.count(*last)
+                    plain.count(*last)
+                case float():
+                    clocked.now += act
+                case int():
+                    for _ in range(act):
                         store.count(*last)
                         plain.count(*last)
-                    case float():
-                        clocked.now += act
-                    case int():
-                        for _ in range(act):
-                            store.count(*last)
-                            plain.count(*last)
-                waits = here.seconds_to_wait(*last), there.seconds_to_wait(*last)
-                expected = plain.seconds_to_wait(*last)
-                # Twice what is left of seconds may round to either side.
-                assert all(abs(wait - expected) <= 1 for wait in waits)
-                assert all((wait == 0) == (expected == 0) or expected == 1 for wait in waits)
+            waits = here.seconds_to_wait(*last), there.seconds_to_wait(*last)
+            expected = plain.seconds_to_wait(*last)
+            # Twice what is left of seconds may round to either side.
+            assert all(abs(wait - expected) <= 1 for wait in waits)
+            assert all((wait == 0) == (expected == 0) or expected == 1 for wait in waits)
 
-        follow()
-    postgres.drop(address)
+    follow()
 
 
-def test_too_many_at_one_server_wait_at_another(postgres: PostgresServer) -> None:
-    address = postgres.database()
-    with (
-        closing(PostgresDatabase.open(address)) as one,
-        closing(PostgresDatabase.open(address)) as two,
-    ):
+def test_too_many_at_one_server_wait_at_another(
+    postgres_database: PostgresDatabase, reused_postgres: ReusedPostgres
+) -> None:
+    with closing(PostgresDatabase.open(reused_postgres.address)) as other:
         for _ in range(LIMIT + 5):
-            SqlFailedAttempts(one).count("1.2.3.4")
-        assert SqlFailedAttempts(two).seconds_to_wait("1.2.3.4") > 0
-        assert SqlFailedAttempts(two).seconds_to_wait("1.2.3.5") == 0
-    postgres.drop(address)
+            SqlFailedAttempts(postgres_database).count("1.2.3.4")
+        assert SqlFailedAttempts(other).seconds_to_wait("1.2.3.4") > 0
+        assert SqlFailedAttempts(other).seconds_to_wait("1.2.3.5") == 0

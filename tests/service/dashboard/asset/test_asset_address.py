@@ -51,7 +51,6 @@ def small(page: Page) -> None:
     page.set_viewport_size({"width": 720, "height": 700})
 
 
-@pytest.mark.vital
 def test_a_link_shows_the_same_mode_level_and_slider(
     browser: Browser, page: Page, runs: Runs, castle: JobResult
 ) -> None:

@@ -17,6 +17,7 @@ from service.jobs.asset import Thresholds
 from service.jobs.job import Failure
 from service.keep import Keep
 from simplifier import OCCLUDER_SUFFIXES
+from tests.service.dashboard.addresses import expect_kept
 from tests.service.dashboard.chromium import TABLET, Watch
 from tests.service.dashboard.legibility import covered_texts, faint_texts, overflows
 from tests.service.dashboard.results import JobResult, castle_result
@@ -82,9 +83,12 @@ def test_the_worst_view_opens(
     assert yellow(pixels(host)) > 0.01
     worst = castle.report["worst_view"]
     page.get_by_role("table", name="Views of the worst recall").get_by_role("button").first.click()
-    expect(
-        page.get_by_text(re.compile(f"View {worst['index']}, from .*: recall .*finest"))
-    ).to_be_visible()
+    told = page.get_by_text(re.compile(f"View {worst['index']}, from .*: recall .*finest"))
+    expect(told).to_be_visible()
+    expect_kept(page, view=str(worst["index"]), mode="silhouette")
+    page.reload()  # what was chosen stands in the address
+    host = shown(page, _VIEWER)
+    expect(told).to_be_visible()
     expect(page.get_by_text("original and occluder ")).to_contain_text("%")
     settle(host)
     assert set(range(4)) == set(kinds(pixels(host))[2:-2, 2:-2].ravel().tolist())

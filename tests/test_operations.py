@@ -32,20 +32,17 @@ def rules():
     return group["rules"]
 
 
-@pytest.fixture
-def server(tmp_path):
-    """``server(folder)``: one whose jobs are light, ended with the test."""
-    path = os.pathsep.join([str(SURROUNDINGS), str(declare(tmp_path / "declared")), str(ROOT)])
-    servers = []
-
-    def start(folder):
-        variables = {"FAULTS_WORK": str(LIGHT_WORK), "OCCLUDER_DASHBOARD": "false"}
-        servers.append(Server(path, folder, **variables).start())
-        return servers[-1]
-
-    yield start
-    for one in servers:
-        one.kill()
+@pytest.fixture(scope="module")
+def serving(tmp_path_factory):
+    """A server whose jobs are light, on the folder that the page has; it serves after each test."""
+    folder = tmp_path_factory.mktemp("serving")
+    path = os.pathsep.join([str(SURROUNDINGS), str(declare(folder / "declared")), str(ROOT)])
+    server = Server(
+        path, folder / "occluder_data",
+        FAULTS_WORK=str(LIGHT_WORK), OCCLUDER_DASHBOARD="false",
+    ).start()  # fmt: skip
+    yield server
+    server.kill()
 
 
 def test_there_are_five_alerts_each_with_what_to_do():
@@ -56,8 +53,7 @@ def test_there_are_five_alerts_each_with_what_to_do():
             assert rule["expr"].count(opening) == rule["expr"].count(closing), rule["alert"]
 
 
-def test_alerts_read_what_the_service_tells(server, tmp_path):
-    serving = server(tmp_path / "data")
+def test_alerts_read_what_the_service_tells(serving):
     until(lambda: "responses_total" in serving.get("/metrics").text)
     families = {
         one.name: one for one in text_string_to_metric_families(serving.get("/metrics").text)
@@ -77,11 +73,11 @@ def test_alerts_read_what_the_service_tells(server, tmp_path):
         ), name
 
 
-def test_a_copy_made_while_it_runs_brings_every_job_back(server, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+def test_a_copy_made_while_it_runs_brings_every_job_back(serving, tmp_path, monkeypatch):
+    folder = serving.data.parent
+    monkeypatch.chdir(folder)
     gate = tmp_path / "gate"
-    serving = server(tmp_path / "occluder_data")
-    done = [serving.submit(f"# {number}") for number in range(4)]
+    done = [serving.submit(f"# {number}") for number in range(3)]
     for job_id in done:
         serving.end_of(job_id)
     running, waiting = serving.submit(f"# wait {gate}"), serving.submit("# later")
@@ -94,16 +90,16 @@ def test_a_copy_made_while_it_runs_brings_every_job_back(server, tmp_path, monke
     restore, _, serve = block("Restore", "sh").strip().rpartition("\n")
     assert serve == "occluder serve"
     run(restore)
-    assert (tmp_path / "occluder_data.old").is_dir()
-    restored = server(tmp_path / "occluder_data")
-    assert {job["id"] for job in restored.jobs()} == {*done, running, waiting}
+    assert (folder / "occluder_data.old").is_dir()
+    serving.start()
+    assert {job["id"] for job in serving.jobs()} == {*done, running, waiting}
     for job_id in (*done, running, waiting):
-        assert restored.end_of(job_id)["state"] == "succeeded"
-        restored.assert_served_whole(job_id)
-    assert restored.get(f"/v1/jobs/{late}").status_code == 404
-    assert secret_of(tmp_path / "backup") == secret_of(tmp_path / "occluder_data.old")
+        assert serving.end_of(job_id)["state"] == "succeeded"
+        serving.assert_served_whole(job_id)
+    assert serving.get(f"/v1/jobs/{late}").status_code == 404
+    assert secret_of(folder / "backup") == secret_of(folder / "occluder_data.old")
     for name in ("occluder.db", "webhook_secret"):
-        assert not stat.S_IMODE((tmp_path / "backup" / name).stat().st_mode) & 0o077
+        assert not stat.S_IMODE((folder / "backup" / name).stat().st_mode) & 0o077
 
 
 def test_a_slip_in_the_folders_name_is_no_empty_copy(tmp_path, monkeypatch):

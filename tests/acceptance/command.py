@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,11 @@ from simplifier.cli.main import main
 
 ROOT = Path(__file__).parents[2]
 OCCLUDER = (sys.executable, "-m", "simplifier")
+PICTURES = (
+    "framed_figure", "horizons_picture", "pictures", "plan_figure", "slices_picture",
+    "strong_picture",
+)  # fmt: skip
+"""Modules of visible sets that know how wide a picture is."""
 
 
 def environment(**changes):
@@ -57,6 +63,13 @@ def occluder_here(monkeypatch, capfd, *arguments, cwd=None):
     return subprocess.CompletedProcess(
         arguments, end.value.code or 0, shown.out, _without_progress(shown.err)
     )
+
+
+def draw_small(monkeypatch):
+    """Pictures of visible sets a quarter as wide: of their whole size each takes a second."""
+    for name in PICTURES:
+        module = import_module(f"simplifier.visibility.pictures.{name}")
+        monkeypatch.setattr(module, "PIXELS", module.PIXELS // 4)
 
 
 def read_all(descriptor):

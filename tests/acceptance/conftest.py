@@ -6,7 +6,8 @@ from functools import partial
 
 import pytest
 
-from tests.acceptance.command import occluder_here
+from simplifier.processes import run_jobs_here
+from tests.acceptance.command import draw_small, occluder_here
 
 
 @pytest.fixture
@@ -24,3 +25,20 @@ def command(here):
         return done.returncode, done.stdout, done.stderr
 
     return run
+
+
+@pytest.fixture
+def making_here(monkeypatch):
+    """Builds make their assets in this process: each that they start takes most of a second."""
+
+    def made(start, arguments, jobs, processes, cancel):
+        with monkeypatch.context() as patch:
+            patch.setenv("OCCLUDER_THREADS", "1")  # is set anew, and afterwards as it was
+            yield from run_jobs_here(start(*arguments), jobs, 1, cancel)
+
+    monkeypatch.setattr("simplifier.builds.build.run_jobs", made)
+
+
+@pytest.fixture
+def small_pictures(monkeypatch):
+    draw_small(monkeypatch)

@@ -16,6 +16,9 @@ from tests.acceptance.command import OCCLUDER, environment
 from tests.acceptance.test_build import QUICK, contents, save
 from tests.waiting import until
 
+pytestmark = pytest.mark.usefixtures("making_here")
+"""Of builds by the command in this process; others start what they start."""
+
 NAMES = [f"props/{name}.ply" for name in ("box", "ball", "torus", "tube", "hut", "barn", "mill")]
 SHAPES = (solids.box, solids.sphere, solids.torus)
 

@@ -40,8 +40,8 @@ def town(tmp_path_factory):
     build(folder / "town.glb")
     walk = [frame((2 * PITCH, y, 1.5), (0.1, 1, 0)) for y in np.linspace(10.0, 210.0, 12)]
     write_path(folder / "walk.json", walk)
-    sets = ("pvs", folder / "town.glb", "-o", folder / "town.pvs", "--up", "z", "--epsilon", "2.5")
-    assert occluder(*sets).returncode == 0
+    sets = ("pvs", folder / "town.glb", "-o", folder / "town.pvs", "--up", "z")
+    assert occluder(*sets, "--cell-size", "30", "--epsilon", "10").returncode == 0
     return folder
 
 

@@ -15,7 +15,7 @@ OPTIONS = {
     "refined": {"preset": "balanced", "moves": 2000},
     "published": {"trim": "area", "moves": 0},
 }
-COMMON = {"budget": 40, "resolution": 32, "ground": True, "seed": 3}
+COMMON = {"budget": 40, "resolution": 24, "ground": True, "seed": 3}
 
 
 def bytes_of(mesh, path, **options):
@@ -42,11 +42,11 @@ def test_any_number_of_threads(mesh, tmp_path, monkeypatch, name):
 def test_another_process(mesh, tmp_path):
     source = tmp_path / "castle.ply"  # keeps float64, so the mesh is the same bit by bit
     simplifier.save(simplifier.Occluder(mesh.vertices, mesh.faces), source)
-    here = bytes_of(simplifier.load(source), tmp_path / "here.glb", moves=2000)
+    here = bytes_of(simplifier.load(source), tmp_path / "here.glb", moves=1000)
     target = tmp_path / "there.glb"
     done = occluder(
-        "simplify", source, "-o", target, "--budget", "40", "--resolution", "32", "--ground",
-        "--seed", "3", "--moves", "2000", "--views", "2", "--image", "16", "--quads", "1",
+        "simplify", source, "-o", target, "--budget", "40", "--resolution", "24", "--ground",
+        "--seed", "3", "--moves", "1000", "--views", "2", "--image", "16", "--quads", "1",
         OCCLUDER_THREADS="5", PYTHONHASHSEED="5",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -63,7 +63,7 @@ def test_reports_on_any_number_of_threads(mesh, monkeypatch):
     for threads in ("1", "2", "5"):
         monkeypatch.setenv("OCCLUDER_THREADS", threads)
         for exact in (False, True):
-            report = simplifier.evaluate(mesh, judged, views=32, image=64, exact=exact).accuracy
+            report = simplifier.evaluate(mesh, judged, views=16, image=64, exact=exact).accuracy
             reports.append((report.precision, report.recall, report.recall_by_view.tolist()))
     assert reports[:2] == reports[2:4] == reports[4:]
 

@@ -12,7 +12,6 @@ from examples.castle import castle
 from simplifier.geometry.scene import Scene
 from simplifier.io.load import load, load_occluder
 from simplifier.io.scene_writer import encode_scene
-from tests.acceptance.command import occluder
 from tests.io.test_glb_writer import take_apart
 
 QUICK = ("--ground", "--preset", "draft", "--moves", "0", "--resolution", "24", "--views", "8",
@@ -82,10 +81,10 @@ def test_the_original_is_in_the_file(made, mesh, tmp_path, how, here):
     assert json.loads((tmp_path / "r.json").read_text())["recall"] > 0.5
 
 
-def test_an_occluder_of_an_earlier_run_is_left_out_and_told(made, mesh, tmp_path):
+def test_an_occluder_of_an_earlier_run_is_left_out_and_told(made, mesh, tmp_path, here):
     both = made(mesh, tmp_path / "both.glb", "--with-original", "godot")
     report = tmp_path / "r.json"
-    done = occluder("simplify", both, "-o", tmp_path / "a.glb", *QUICK, "--report", report)
+    done = here("simplify", both, "-o", tmp_path / "a.glb", *QUICK, "--report", report)
     assert done.returncode == 0, done.stderr
     count = len(load_occluder(both).faces)
     told = f"{count} ignored triangles were left out (occluder 'castle-occonly')"
@@ -101,8 +100,8 @@ def test_an_occluder_of_an_earlier_run_is_left_out_and_told(made, mesh, tmp_path
     assert plain.read_bytes() == (tmp_path / "a.glb").read_bytes()
 
 
-def test_levels_and_the_original_exclude_each_other(mesh, tmp_path):
-    done = occluder(
+def test_levels_and_the_original_exclude_each_other(mesh, tmp_path, here):
+    done = here(
         "simplify", mesh, "-o", tmp_path / "a.glb", *QUICK, "--lods", "2", "--with-original", "lod"
     )
     assert done.returncode == 2

@@ -73,11 +73,15 @@ def test_far_away_triangles_are_warned_of(command, tmp_path):
     assert "(the first is triangle 4); check the export" in errors
 
 
+PLAIN = {"OCCLUDER_DASHBOARD": "false"}
+"""Nobody looks at its pages, which take 0.3 s of processor time to load."""
+
+
 @pytest.fixture(scope="module")
 def server(tmp_path_factory):
     """A real one, which lives on after every file."""
     declared = os.pathsep.join([str(declare(tmp_path_factory.mktemp("declared"))), str(ROOT)])
-    with running(declared, tmp_path_factory.mktemp("served") / "data") as server:
+    with running(declared, tmp_path_factory.mktemp("served") / "data", **PLAIN) as server:
         yield server
         assert "Traceback" not in server.log.read_text()
         assert server.process.poll() is None

@@ -8,7 +8,6 @@ import pytest
 
 import simplifier
 from simplifier.wording import length
-from tests.acceptance.command import occluder
 from tests.schema import check_report
 from tests.solids import blob, box
 
@@ -52,8 +51,8 @@ def check_levels(report, count):
         assert report[key] == rows[0][key], key
 
 
-def test_levels_by_number(mesh, out, tmp_path):
-    done = occluder(
+def test_levels_by_number(here, mesh, out, tmp_path):
+    done = here(
         "simplify", mesh, "-o", out / "blob.glb", "--lods", "3", *QUICK, *FEW_VIEWS,
         "--report", tmp_path / "report.json", "--pictures", tmp_path / "pictures",
     )  # fmt: skip

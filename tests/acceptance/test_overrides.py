@@ -65,7 +65,7 @@ def place(tmp_path):
     return tmp_path
 
 
-def test_the_file_beside_the_mesh_is_found_and_done(place):
+def test_the_file_beside_the_mesh_is_found_and_done(place, here):
     done = occluder(
         "simplify", place / "castle.glb", "-o", place / "out.glb", "--report",
         place / "report.json", *QUICK,
@@ -88,8 +88,8 @@ def test_the_file_beside_the_mesh_is_found_and_done(place):
     assert np.abs(drawn - found.vertices).max(axis=2).min(axis=1).max() < 1e-6
     triangles = found.vertices[found.faces]
     assert not overrides.open[0].region.crossed_by(triangles).any()
-    judged = occluder("evaluate", place / "castle.glb", place / "out.glb", "--report",
-                      place / "judged.json", *QUICK[-6:-2])  # fmt: skip
+    judged = here("evaluate", place / "castle.glb", place / "out.glb", "--report",
+                  place / "judged.json", *QUICK[-6:-2])  # fmt: skip
     assert judged.returncode == 0, judged.stderr
     again = json.loads((place / "judged.json").read_text())
     check_report(again)

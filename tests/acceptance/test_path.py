@@ -23,9 +23,10 @@ def street(tmp_path_factory):
     return path
 
 
-def test_a_path_is_written_twice_the_same(street, tmp_path):
-    for name in ("one.json", "two.json"):
-        done = occluder(
+def test_a_path_is_written_twice_the_same(here, street, tmp_path):
+    """In a process of its own, and in this one."""
+    for name, run in (("one.json", occluder), ("two.json", here)):
+        done = run(
             "path", street, "-o", tmp_path / name, "--kind", "street", "--frames", "12", "--up",
             "z", "--eye-height", "1.5", "--fov", "75", "--seed", "3",
         )  # fmt: skip

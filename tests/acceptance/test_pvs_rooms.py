@@ -44,7 +44,7 @@ def test_two_rooms_with_a_door(command, rooms, tmp_path):
     assert not {"chest", "tree"} & in_west
     assert "tree" not in before_door
     status, told, _ = command(
-        "pvs-check", rooms, file, "--cells", "8", "--views", "4", "--pictures", "4"
+        "pvs-check", rooms, file, "--cells", "4", "--views", "4", "--pictures", "2"
     )
     assert status == 0, told
 
@@ -58,7 +58,7 @@ def test_a_hall_that_is_one_closed_sheet_is_not_solid(command, tmp_path, base):
     assert status == 0
     assert "viewers are in 1 of the closed surfaces" in " ".join((told + errors).split())
     status, told, _ = command(
-        "pvs-check", path, file, "--cells", "12", "--views", "8", "--pictures", "4"
+        "pvs-check", path, file, "--cells", "6", "--views", "8", "--pictures", "2"
     )
     assert status == 0, told
     assert "inf" not in told  # viewers in the hall were looked from

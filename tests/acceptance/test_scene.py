@@ -245,7 +245,7 @@ def test_a_pool_that_is_not_there_is_refused_in_a_line(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_seconds_that_are_measured_stay_on_one_machine(tmp_path):
-    done = occluder("tradeoff", "mesh.glb", "-o", "out", "--pool", "ray", cwd=tmp_path)
+def test_seconds_that_are_measured_stay_on_one_machine(here, tmp_path):
+    done = here("tradeoff", "mesh.glb", "-o", "out", "--pool", "ray", cwd=tmp_path)
     assert done.returncode == 2
     assert "No such option: --pool" in done.stderr

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import re
+import resource
 import signal
 import socket
 import subprocess
@@ -67,21 +69,25 @@ def command(declared, tmp_path):
 
 @pytest.fixture
 def served_here(declared, here, monkeypatch, tmp_path):
-    """The same in this process: for what ends before a server listens or logs."""
+    """The same in this process: for what ends before a server listens."""
     for folder in reversed(declared.split(os.pathsep)):
         monkeypatch.syspath_prepend(folder)
+    for name in ("service", "uvicorn"):
+        monkeypatch.setattr(logging.getLogger(name), "level", logging.NOTSET)
+    files = resource.getrlimit(resource.RLIMIT_NOFILE)
 
     def run(*arguments, **variables):
         for name, value in variables.items():
             monkeypatch.setenv(name, value)
         return here(*arguments, cwd=tmp_path)
 
-    return run
+    yield run
+    resource.setrlimit(resource.RLIMIT_NOFILE, files)
 
 
 @needs_curl
 def test_the_curl_of_the_readme_gives_an_occluder(server, tmp_path):
-    assert 0 < len(curled("README.md", server, tmp_path).faces) <= 64
+    assert 0 < len(curled("README.md", server, tmp_path, "preset=draft&").faces) <= 64
 
 
 @needs_curl
@@ -238,8 +244,8 @@ def test_settings_that_cannot_be_are_refused_in_a_line(served_here, arguments, v
         (["--data", "/proc/occluder"], {}, "/proc/occluder"),
     ],
 )
-def test_what_cannot_be_served_is_refused_in_a_line(command, arguments, variables, said):
-    assert_refused_in_a_line(command("serve", "--port", "0", *arguments, **variables), said)
+def test_what_cannot_be_served_is_refused_in_a_line(served_here, arguments, variables, said):
+    assert_refused_in_a_line(served_here("serve", "--port", "0", *arguments, **variables), said)
 
 
 def assert_refused_in_a_line(done, said):
@@ -248,9 +254,9 @@ def assert_refused_in_a_line(done, said):
     assert len(done.stderr.splitlines()) == 1
 
 
-def test_a_port_that_is_taken_is_refused(command):
+def test_a_port_that_is_taken_is_refused(served_here):
     with socket.create_server(("127.0.0.1", 0)) as taken:
-        done = command("serve", "--port", str(taken.getsockname()[1]))
+        done = served_here("serve", "--port", str(taken.getsockname()[1]))
     assert done.returncode == 2
     assert "choose another --host or --port" in done.stderr
 
@@ -261,9 +267,11 @@ def test_a_data_folder_has_one_server(server, command):
     assert "is used by another server" in done.stderr
 
 
-def test_a_key_opens_what_is_closed_without(lightly, command, tmp_path):
+def test_a_key_opens_what_is_closed_without(lightly, served_here, tmp_path):
     data = tmp_path / "data"
-    made = command("keys", "create", "--name", "test", "--scope", "write", OCCLUDER_DATA=data)
+    made = served_here(
+        "keys", "create", "--name", "test", "--scope", "write", OCCLUDER_DATA=str(data)
+    )
     assert made.returncode == 0, made.stderr
     [key] = re.findall(r"occ_[\w-]{40,}", made.stdout)
     with running(data=data, OCCLUDER_REQUIRE_KEYS="true", **lightly) as server:

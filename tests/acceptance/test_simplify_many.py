@@ -38,6 +38,7 @@ def files(folder):
             for path in folder.rglob("*") if path.is_file()}  # fmt: skip
 
 
+@pytest.mark.usefixtures("making_here")
 def test_each_mesh_gets_a_file_and_a_line(folder, here):
     """In the order of the call; the bytes are those of a call a mesh; a second run makes none."""
     names = ("box.ply", "bad.ply", "more/ring.ply", "ball.ply")
@@ -66,9 +67,10 @@ def test_each_mesh_gets_a_file_and_a_line(folder, here):
     assert files(folder / "out") == made
 
 
-def test_levels_go_beside_each_mesh_by_a_path_with_fields(folder):
-    done = occluder("simplify", "box.ply", "more/ring.ply", "-o", "{folder}/{name}_low.obj",
-                    "--lods", "2", *QUICK, "--force", "--strict", cwd=folder)  # fmt: skip
+@pytest.mark.usefixtures("making_here")
+def test_levels_go_beside_each_mesh_by_a_path_with_fields(folder, here):
+    done = here("simplify", "box.ply", "more/ring.ply", "-o", "{folder}/{name}_low.obj",
+                "--lods", "2", *QUICK, "--force", "--strict", cwd=folder)  # fmt: skip
     assert (folder / "more/ring_low_lod0.obj").exists(), done.stderr
     good = "; 2 good" in done.stdout
     assert done.returncode == (0 if good else 1)
@@ -101,10 +103,10 @@ def test_an_unknown_format_makes_nothing(folder, here):
     assert "cannot be written" in done.stderr
 
 
-def test_an_interrupted_run_leaves_whole_files_alone(folder):
+def test_an_interrupted_run_leaves_whole_files_alone(folder, here):
     """What is done is kept and current, the rest is made by the next run."""
-    assert occluder("simplify", "box.ply", "-o", "out/", *LONG[:2], "--moves", "40",
-                    *LONG[4:], cwd=folder).returncode == 0  # fmt: skip
+    assert here("simplify", "box.ply", "-o", "out/", *LONG[:2], "--moves", "40",
+                *LONG[4:], cwd=folder).returncode == 0  # fmt: skip
     before = files(folder / "out")
     scratch = folder / "scratch"
     scratch.mkdir()

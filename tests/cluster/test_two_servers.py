@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import os
+from functools import partial
+
 import httpx
 import pytest
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.access.attempts import LIMIT
 from service.access.key import new_secret
-from tests.acceptance.command import occluder
+from tests.acceptance.command import occluder, occluder_here
 from tests.cluster.machines import Cluster
 from tests.faults.serving import LIGHT_WORK
 from tests.service.real import BOX
@@ -16,24 +19,17 @@ from tests.waiting import BUSY, until
 
 
 @pytest.fixture(scope="module")
-def keys(declared):
-    """``keys(address, "list")``: the command, as an operator gives it on whichever machine."""
-
-    def command(address, *arguments):
-        done = occluder("keys", *arguments, PYTHONPATH=declared, OCCLUDER_DATABASE_URL=address)
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-    return command
-
-
-@pytest.fixture(scope="module")
-def pair(declared, keys, tmp_path_factory):
+def pair(declared, tmp_path_factory):
     """With ``key``, made before there was a server."""
 
     def prepare(address):
         nonlocal key
-        key = keys(address, "create", "--name", "pipeline", "--scope", "write").split()[-1]
+        done = occluder(
+            "keys", "create", "--name", "pipeline", "--scope", "write",
+            PYTHONPATH=declared, OCCLUDER_DATABASE_URL=address,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        key = done.stdout.split()[-1]
 
     key = ""
     made = Cluster(
@@ -43,6 +39,12 @@ def pair(declared, keys, tmp_path_factory):
     made.key = key
     yield made
     made.close()
+
+
+@pytest.fixture
+def here(monkeypatch, capfd):
+    """``here("keys", "list")``: the command in this process."""
+    return partial(occluder_here, monkeypatch, capfd)
 
 
 @pytest.fixture
@@ -104,17 +106,24 @@ def test_each_tells_the_counts_of_all(clients):
 
 def test_wrong_keys_count_at_all_of_them(pair):
     """Each by itself would bear twice as many; failures fade, so it may take some more."""
-    for number in range(2 * LIMIT - 5):
-        address = pair.servers[number % 2].address
-        answer = httpx.get(f"{address}/v1/jobs", headers={"X-API-Key": new_secret()})
-        if answer.status_code == 429:
-            return
-        assert answer.status_code == 401
+    with httpx.Client() as client:
+        for number in range(2 * LIMIT - 5):
+            address = pair.servers[number % 2].address
+            answer = client.get(f"{address}/v1/jobs", headers={"X-API-Key": new_secret()})
+            if answer.status_code == 429:
+                return
+            assert answer.status_code == 401
     pytest.fail("wrong keys count at each server by itself")
 
 
-def test_a_key_that_is_revoked_is_refused_by_both(pair, keys, clients):
-    (line,) = [one for one in keys(pair.address, "list").splitlines() if "pipeline" in one]
-    keys(pair.address, "revoke", line.split()[0])
+def test_a_key_that_is_revoked_is_refused_by_both(pair, clients, declared, here, monkeypatch):
+    """By the command, as an operator gives it on whichever machine."""
+    for folder in reversed(declared.split(os.pathsep)):
+        monkeypatch.syspath_prepend(folder)
+    monkeypatch.setenv("OCCLUDER_DATABASE_URL", pair.address)
+    told = here("keys", "list")
+    assert told.returncode == 0, told.stderr
+    (line,) = [one for one in told.stdout.splitlines() if "pipeline" in one]
+    assert here("keys", "revoke", line.split()[0]).returncode == 0
     for client in clients:
         until(lambda: client.get("/v1/jobs").status_code in (401, 429), BUSY)  # noqa: B023

@@ -31,7 +31,7 @@ STORM = 40
 @pytest.mark.parametrize(
     ("jobs", "kills", "work", "seed"),
     [
-        pytest.param(12, 5, LIGHT_WORK, 1, id="short"),
+        pytest.param(11, 3, LIGHT_WORK, 6, id="short"),
         pytest.param(200, 30, None, 2, id="long", marks=pytest.mark.faults),
     ],
 )

@@ -8,13 +8,13 @@ from tests.waiting import until
 
 
 def test_a_poisonous_mesh_fails_after_its_attempts_and_nothing_else_does(server):
-    serving = server(OCCLUDER_WORKERS="2", OCCLUDER_ATTEMPTS="3").start()
+    serving = server(OCCLUDER_WORKERS="2", OCCLUDER_ATTEMPTS="2").start()
     process = serving.process.pid
     poisonous = [serving.submit("# die"), serving.submit("# die\n# again")]
-    others = [serving.submit(f"# {number}") for number in range(10)]
+    others = [serving.submit(f"# {number}") for number in range(4)]
     for job_id in poisonous:
         job = serving.end_of(job_id)
-        assert (job["state"], job["attempt"], job["attempts"]) == ("failed", 3, 3)
+        assert (job["state"], job["attempt"], job["attempts"]) == ("failed", 2, 2)
         assert job["failure"]["kind"] == "process-died"
         assert "SIGSEGV" in job["failure"]["detail"]
         assert job["failure"]["remedy"]

@@ -11,8 +11,9 @@ import pytest
 
 import simplifier
 from release.wheel import copy_source, make_wheel
-from simplifier.kernels.compiled.code_files import kernel_files
+from simplifier.kernels.compiled.code_files import SHIPPED, kernel_files
 from simplifier.kernels.compiled.processors import Processor, kinds_here
+from simplifier.kernels.compiled.shipping import ship
 from tests.acceptance.command import ROOT, environment
 from tests.solids import box
 
@@ -23,9 +24,14 @@ needs_kind = pytest.mark.skipif(not HERE, reason="wheels hold no machine code fo
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
-    """The packages as a wheel has them, from a copy: the source stays as it is."""
+    """The packages as a wheel has them, from a copy: the source stays as it is.
+
+    With the machine code of one file, where there may be some.
+    """
     source = tmp_path_factory.mktemp("source") / "copy"
     copy_source(source)
+    if HERE:
+        ship(source / SHIPPED.relative_to(ROOT), ["ears"], HERE)
     code = "from setuptools import setup; setup(script_args=['-q', 'build_py', '-d', 'built'])"
     subprocess.run([sys.executable, "-c", code], cwd=source, check=True, capture_output=True)
     return source / "built"
@@ -71,7 +77,21 @@ print(simplifier.__file__)
 
 
 @needs_kind
+def test_machine_code_is_among_what_is_installed_and_is_run(built, tmp_path):
+    (code,) = built.rglob("*.o")
+    assert code.parent == built / SHIPPED.relative_to(ROOT)
+    assert code.name.startswith("ears.")
+    cache = tmp_path / "cache"
+    variables = environment(PYTHONPATH=str(built), NUMBA_CACHE_DIR=str(cache))
+    done = run(variables, "-c", EARS, capture_output=True)
+    assert done.stdout.startswith(str(built))
+    assert not cache.exists()
+
+
+@pytest.mark.slow
+@needs_kind
 def test_machine_code_of_a_wheel_is_run_where_it_is_installed(tmp_path):
+    """Made and installed by pip, which takes most of the time."""
     wheel = make_wheel(tmp_path, ["ears"], HERE)
     assert wheel.parent == tmp_path
     python, abi, system = wheel.stem.split("-")[2:]

@@ -15,7 +15,7 @@ LANGUAGES = {
     "gcc": ["-std=c99"], "g++": ["-std=c++11", "-x", "c++"],
     "clang": ["-std=c99"], "clang++": ["-std=c++17", "-x", "c++"],
 }  # fmt: skip
-CHECKED = ["-O0", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+CHECKED = ["-O0", "-g1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 """Optimising takes the compiler longer than it spares the programs."""
 
 

@@ -24,11 +24,13 @@ from tests.io.damaged_occs import DAMAGES, patched, town
 from tests.rasters import random_camera
 
 X86 = platform.machine().lower() in ("x86_64", "amd64")
+PLAIN = ["-U__SSE2__", "-U__aarch64__"]
 WAYS = {
     **{compiler: (compiler, CHECKED) for compiler in LANGUAGES},
     "gcc, AVX2": ("gcc", ["-O2", "-mavx2"] if X86 else ["-O2"]),
     "gcc, SSE4.1": ("gcc", ["-O2", "-msse4.1"] if X86 else ["-O2"]),
-    "gcc, plain": ("gcc", ["-O2", "-U__SSE2__", "-U__aarch64__"]),
+    "gcc, plain": ("gcc", ["-O0", *PLAIN]),
+    "gcc, plain and optimised": ("gcc", ["-O2", *PLAIN]),
     "clang, AVX2": ("clang", ["-O2", "-mavx2"] if X86 else ["-O2"]),
 }
 

@@ -7,12 +7,25 @@ import shutil
 import numpy as np
 import pytest
 
-from bench import engine
+from bench import engine, rates
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.io.occs_file import save_packed_tree
 from tests.io.damaged_occs import town
 
 pytestmark = pytest.mark.skipif(shutil.which("cc") is None, reason="there is no C compiler here")
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    """Compiled once, which takes seconds."""
+    return engine.compiled(tmp_path_factory.mktemp("engine"))
+
+
+@pytest.fixture(autouse=True)
+def quick(program, monkeypatch):
+    """Timed once each."""
+    monkeypatch.setattr(engine, "compiled", lambda folder: program)
+    monkeypatch.setattr(rates, "_TIMINGS", 1)
 
 
 def test_a_city_has_a_row_for_each_rasteriser_and_both_find_the_same(tmp_path, monkeypatch):

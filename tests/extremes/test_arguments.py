@@ -9,7 +9,7 @@ import threading
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ import pytest
 
 import simplifier
 from simplifier.errors import CancelledError, OccluderError, OptionError
+from simplifier.report import gallery
 from tests.fuzz.promises.scene_folders import BUILT
 from tests.io.damaged_occs import town
 from tests.solids import box
@@ -178,10 +179,24 @@ CALLS: dict[str, Callable[[Given], Call]] = {
 }
 
 
+def histogram(name: str, values: np.ndarray, low: float, digits: int) -> bytes:
+    """Each drawn once: matplotlib takes long."""
+    return drawn_histogram(name, values.tobytes(), low, digits)
+
+
+draw_histogram = gallery._histogram
+
+
+@cache
+def drawn_histogram(name: str, values: bytes, low: float, digits: int) -> bytes:
+    return draw_histogram(name, np.frombuffer(values), low, digits)
+
+
 @pytest.fixture
 def given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Given:
     """Where a path may be any text, files go to an empty folder."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(gallery, "_histogram", histogram)
     mesh = box()
     occluder = simplifier.Occluder(mesh.vertices, mesh.faces)
     simplifier.save(occluder, tmp_path / "box.glb")

@@ -14,10 +14,11 @@ from simplifier.geometry.sound_meshes import sound_meshes
 
 def soup(triangles: int, seed: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Some triangles of which each vertex is used."""
-    rng = np.random.default_rng(seed)
-    faces = np.concatenate(
-        [rng.permutation(triangles + 2)[:3][None] for _ in range(triangles)]
-    ).astype(np.int64)
+    rng, count = np.random.default_rng(seed), triangles + 2
+    first = rng.integers(count, size=triangles)
+    second = rng.integers(1, count, size=triangles)  # so many vertices further
+    third = 1 + (second + rng.integers(count - 2, size=triangles)) % (count - 1)
+    faces = np.column_stack([first, first + second, first + third]) % count
     used, faces = np.unique(faces, return_inverse=True)
     return rng.normal(size=(len(used), 3)), faces.reshape(-1, 3)
 

@@ -26,14 +26,14 @@ def files(folder):
     return {str(path.relative_to(folder)): path.read_bytes() for path in found}
 
 
-SLOW = SceneOptions(budget=8, resolution=16, width=4, moves=4000, pixel_error=100.0)
+SLOW = SceneOptions(budget=8, resolution=16, width=4, moves=2500, pixel_error=100.0)
 """Long enough to be killed in the middle."""
 
 
 def main():
     """``python -m tests.hierarchy.builds FOLDER``: says how many are there after each."""
     built(
-        street(40), Path(sys.argv[1]), SLOW, tell=lambda done, total: print(done, total, flush=True)
+        street(20), Path(sys.argv[1]), SLOW, tell=lambda done, total: print(done, total, flush=True)
     )
 
 

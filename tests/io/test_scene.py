@@ -331,18 +331,18 @@ def test_a_structural_fault_is_still_an_error(scene):
 
 
 def test_tens_of_thousands_of_nodes(tmp_path):
-    """Half a second; whatever grows with the square of the nodes takes minutes here."""
+    """A quarter of a second; what grows with the square of the nodes takes minutes here."""
     builder = GltfBuilder()
     mesh = tetrahedron(builder)
     matrix = np.eye(4).ravel().tolist()
-    for index in range(40_000):
+    for index in range(20_000):
         matrix[12] = float(index)
         builder.root["nodes"].append({"mesh": mesh, "name": f"n{index}", "matrix": [*matrix]})
     path = tmp_path / "many.glb"
     path.write_bytes(builder.glb())
     found = load_scene(path)
-    assert len(found) == 40_000
-    assert found.transforms[-1, 0, 3] == 39_999.0
+    assert len(found) == 20_000
+    assert found.transforms[-1, 0, 3] == 19_999.0
 
 
 # Other files

@@ -11,7 +11,7 @@ from simplifier.culling.depth_buffer import DepthBuffer
 from simplifier.geometry.camera import Camera
 from tests.rasters import looking_ahead, nearest, random_camera
 
-ROWS, COLUMNS, FINE = 15, 21, 16
+ROWS, COLUMNS, FINE = 11, 15, 16
 
 
 def screen(buffer):

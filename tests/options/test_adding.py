@@ -22,8 +22,9 @@ def tree(tmp_path_factory):
     """A copy of the code with the option in its class and in that of the stage that uses it."""
     place = tmp_path_factory.mktemp("tree")
     for package in ("simplifier", "service"):
+        # With byte code, which holds for what is not changed; numba's files beside it are large.
         shutil.copytree(
-            ROOT / package, place / package, ignore=shutil.ignore_patterns("__pycache__")
+            ROOT / package, place / package, ignore=shutil.ignore_patterns("*.nbc", "*.nbi")
         )
     insert(place / "simplifier/options/simplify.py", "class SimplifyOptions(", FIELD)
     insert(place / "simplifier/options/stages.py", "class SelectionOptions(", STAGE)

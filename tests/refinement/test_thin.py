@@ -28,7 +28,7 @@ def plain(vertices, faces):
 
 @pytest.fixture(scope="module")
 def ball():
-    return bumpy_sphere(400_000)
+    return bumpy_sphere(200_000)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +53,8 @@ def test_corners_are_vertices_of_the_input_and_most_triangles_go(ball, few):
 def test_a_closed_surface_stays_closed(few):
     faces = few.faces
     edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    _, uses = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
+    ends = np.sort(edges, axis=1).astype(np.int64)
+    _, uses = np.unique(ends[:, 0] * len(few.vertices) + ends[:, 1], return_counts=True)
     assert (uses % 2 == 0).all()
 
 

@@ -189,9 +189,8 @@ def test_contact_sheet_grows_with_its_views(scene, count):
 
 
 def test_same_pictures_same_bytes(scene):
-    first, second = ([png_bytes(p.image) for p in view_pictures(*scene)] for _ in range(2))
-    assert first == second
-    pictures = view_pictures(*scene)
+    pictures, again = view_pictures(*scene), view_pictures(*scene)
+    assert [png_bytes(p.image) for p in pictures] == [png_bytes(p.image) for p in again]
     assert silhouette_sheet(pictures, "a") == silhouette_sheet(pictures, "a")
     assert silhouette_sheet(pictures, "a") != silhouette_sheet(pictures, "b")
 
@@ -206,9 +205,8 @@ def test_an_occluder_without_triangles_leaves_black(scene):
     nothing = Occluder(np.empty((0, 3)), np.empty((0, 3), np.int32))
     accuracy = evaluate_accuracy(mesh, nothing, AccuracyOptions(views=7, image=64, quads=100))
     for picture in view_pictures(mesh, nothing, accuracy):
-        colours = np.unique(picture.image.reshape(-1, 3), axis=0)
-        assert tuple(BLACK) in {tuple(c) for c in colours}
-        assert (np.ptp(colours, axis=1) == 0).all()  # greys only, from smoothing
+        assert (picture.image == np.array(BLACK)).all(axis=2).any()
+        assert (picture.image == picture.image[..., :1]).all()  # greys only, from smoothing
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,7 @@ def test_who_looks_changes_nothing(lookers, monkeypatch):
 
 @pytest.mark.parametrize("options", [{"time_limit": 60.0, "moves": None}, {"moves": 0}])
 def test_nobody_looks_ahead_where_the_cut_comes_first_or_is_all(lookers, options):
-    run(cancel=Asked(400), resolution=16, **options)
+    run(cancel=Asked(240), resolution=16, **options)
     assert lookers == [threading.get_ident()] * len(lookers)
     assert len(lookers) == ("time_limit" in options)
 

@@ -101,7 +101,7 @@ class Bests:
 def test_the_best_so_far_keeps_to_its_voxels_and_comes_to_the_result(preset, conservative):
     mesh, bests = joined(sphere(), box(low=(1.5, 0.0, 0.0))), Bests()
     options = {"budget": 24, "resolution": 24, "preset": preset, "conservative": conservative}
-    result = run(mesh, bests, moves=12_000, **options)
+    result = run(mesh, bests, moves=9000, **options)
     assert bests.stages == {"refine"}
     assert len(bests.taken) > 3
     for _, triangles in bests.taken:
@@ -208,7 +208,7 @@ def test_where_the_triangles_come_from_is_said(options, last):
 
 
 def test_several_starts_are_named_and_one_that_stays_as_it_is(monkeypatch):
-    mesh, chosen = blob(rings=8), make_options(2.0, budget=12, resolution=24, moves=600)
+    mesh, chosen = blob(rings=8), make_options(2.0, budget=12, resolution=24, moves=300)
     of_solid = "the surface of the solid in fewer triangles"
     of_starts = f"planar sections, {of_solid} and the mesh in fewer triangles"
     for chooses, words in (
@@ -285,7 +285,7 @@ def test_a_second_search_is_told_and_never_runs_backwards(monkeypatch):
         return found or (pull_into(given[0][0], less), less)
 
     monkeypatch.setattr("simplifier.steps.refine.search_again", search)
-    result = run(mesh, listen, budget=24, resolution=32, moves=6000)
+    result = run(mesh, listen, budget=24, resolution=32, moves=3000)
     assert result.decisions[-1].endswith("began with planar sections, and by another in less room.")
     assert shares == sorted(shares)
     assert done == [pytest.approx(0.5), pytest.approx(0.85)]

@@ -53,7 +53,7 @@ def filled_share(solid, low, high):
 @pytest.mark.parametrize("fill", ["sight", "flood"])
 def test_a_room_stays_open_and_walls_stay_filled(window, fill):
     mesh = house(window)
-    solid, options = solid_of(mesh, viewers="inside", fill=fill)
+    solid, options = solid_of(mesh, viewers="inside", fill=fill, resolution=48)
     assert filled_share(solid, *ROOM) == 0.0
     assert filled_share(solid, (THICK, DEEP - THICK, THICK), (LONG, DEEP, HIGH - THICK)) == 1.0
     assert any("stays open because viewers inside see it" in one
@@ -96,7 +96,9 @@ def test_where_nobody_can_stand_the_user_is_told():
 def test_what_is_made_keeps_out_of_the_room():
     """The room's middle: nothing of the occluder comes nearer than its error bound allows."""
     mesh = house(1.2)
-    found = simplifier.simplify(mesh, up="z", viewers="inside", budget=64, preset="draft")
+    found = simplifier.simplify(
+        mesh, up="z", viewers="inside", budget=64, preset="draft", resolution=45, moves=3000
+    )
     middle = np.array([ROOM[0] + 1.0, ROOM[1] - 1.0])
     triangles = found.occluder.vertices[found.occluder.faces]
     weights = np.random.default_rng(0).dirichlet((1.0, 1.0, 1.0), 4000)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from functools import partial
 
 import pytest
 
+from simplifier.accuracy.accuracy import AccuracyOptions
 from simplifier.errors import CancelledError, OutputError
 from simplifier.tradeoff import sweep as sweeping
 from simplifier.tradeoff.journal import Journal
@@ -31,7 +33,7 @@ class Stop:
 
 @pytest.fixture
 def runs(monkeypatch):
-    """Each run is counted, and short: coarse, of few moves, and by no clock."""
+    """Each run is counted, and short: coarse, of few moves, by no clock, judged by few views."""
     ran = []
     whole = sweeping.simplify_mesh
 
@@ -44,6 +46,7 @@ def runs(monkeypatch):
         return whole(mesh, short, **{**more, "cancel": None})
 
     monkeypatch.setattr(sweeping, "simplify_mesh", counted)
+    monkeypatch.setattr(sweeping, "AccuracyOptions", partial(AccuracyOptions, 16, 64))
     return ran
 
 

@@ -60,7 +60,7 @@ def test_any_axis_is_up_and_map_coordinates_keep_their_digits(up):
 
 
 def test_another_cell_costs_that_cell_alone():
-    upright, cells = city_and_cells(3, 12)
+    upright, cells = city_and_cells(2, 12)
     first = find_pvs(upright, cells.some(np.arange(8)), OPTIONS)
     both = find_pvs(upright, cells, OPTIONS, first.pvs)
     assert both.made == len(cells) - 8
@@ -77,7 +77,7 @@ def test_another_cell_costs_that_cell_alone():
 
 
 def test_what_is_left_sees_everything_and_is_made_later():
-    upright, cells = city_and_cells()
+    upright, cells = city_and_cells(3, 40)
     cancel = threading.Event()
 
     def stop(done, total):

@@ -28,7 +28,7 @@ CASES = {
     "cull-map": PvsOptions(up="z", epsilon=2.5, method="cull-map"),
     "slices": PvsOptions(up="z", epsilon=2.5, method="cull-map", slices=True),
     "strong": PvsOptions(up="z", epsilon=2.5, method="strong"),
-    "slice-wise": PvsOptions(up="z", epsilon=5.0, method="slice-wise"),
+    "slice-wise": PvsOptions(up="z", epsilon=10.0, method="slice-wise"),
     "auto": PvsOptions(up="z", epsilon=2.5),
 }
 
@@ -39,7 +39,7 @@ COUNT = 15
 
 @cache
 def town():
-    return city_and_cells(3, COUNT)
+    return city_and_cells(2, COUNT)
 
 
 def found_by(pool, case="cull-map", **changes):

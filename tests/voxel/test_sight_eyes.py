@@ -14,14 +14,17 @@ SIZE = 6
 
 
 def crosses(start, end, low):
-    """Whether a segment passes through the open unit cube at ``low``: its slabs' overlap."""
+    """(n,) bool: through which open unit cubes at ``low`` (n, 3) a segment passes, by its slabs'
+    overlap.
+    """
     run = end - start
     with np.errstate(divide="ignore", invalid="ignore"):
         one, two = (low - start) / run, (low + 1.0 - start) / run
     enters = np.where(run == 0.0, -np.inf, np.minimum(one, two))
     leaves = np.where(run == 0.0, np.inf, np.maximum(one, two))
     within = (run != 0.0) | ((start > low) & (start < low + 1.0))
-    return within.all() and max(enters.max(), 0.0) < min(leaves.min(), 1.0)
+    first, last = enters.max(axis=1).clip(min=0.0), leaves.min(axis=1).clip(max=1.0)
+    return within.all(axis=1) & (first < last)
 
 
 def seen_plainly(touched, eyes):
@@ -30,11 +33,8 @@ def seen_plainly(touched, eyes):
     seen = np.zeros_like(touched)
     for place in np.argwhere(~touched):
         for eye in eyes:
-            own = np.floor(eye)
-            hidden = any(
-                crosses(place + 0.5, eye, wall) for wall in walls if not np.array_equal(wall, own)
-            )
-            seen[tuple(place)] |= not hidden
+            others = walls[(walls != np.floor(eye)).any(axis=1)]
+            seen[tuple(place)] |= not crosses(place + 0.5, eye, others).any()
     return seen
 
 

@@ -110,8 +110,8 @@ def test_along_any_line_the_same_as_a_plain_search(seed, eye_height, ragged):
 @given(SEEDS, st.sampled_from([2.0, 18.0, 60.0]))
 def test_touching_houses_leave_no_crack(seed, eye_height):
     rng = np.random.default_rng(seed)
-    prisms = prisms_of(generated_city(3, seed=seed), "z")
-    cells = street_cells(generated_city(3, seed=seed), 1, seed=seed)
+    city = generated_city(2, seed=seed)
+    prisms, cells = prisms_of(city, "z"), street_cells(city, 1, seed=seed)
     eye = np.array([*cells.low[0, :2], eye_height]) - prisms.origin
     found = seen_from(prisms, eye[None], 40)[0]
     for prism in np.flatnonzero(~np.isnan(found)):

@@ -78,7 +78,7 @@ def test_a_hair_above_a_roof_is_not_the_roof():
 
 
 def test_slices_of_a_city_hide_nothing_seen_and_hardly_less():
-    upright, cells = city_and_cells(4, 8, seed=6)
+    upright, cells = city_and_cells(3, 8, seed=6)
     found = find_pvs(upright, cells, PvsOptions(up="z", slices=True)).pvs
     look = CheckOptions(cells=8, views=20, azimuths=90)
     assert not check_pvs(upright.scene, found, look).leaks

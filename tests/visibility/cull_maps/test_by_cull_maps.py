@@ -17,7 +17,7 @@ from tests.visibility.solid.test_terrain import terrain_of
 from tests.visibility.test_find import city_and_cells
 
 
-def town(blocks=6, count=20):
+def town(blocks=5, count=12):
     upright, cells = city_and_cells(blocks, count, seed=8)
     return upright, cells, None
 
@@ -60,8 +60,8 @@ def test_the_close_look_takes_from_sets_what_is_hidden_alone(monkeypatch, make, 
 
 
 def test_a_set_depends_on_no_other_cell_no_batch_and_no_thread(monkeypatch):
-    upright, cells, _ = town(4, 8)
-    options = PvsOptions(up="z")
+    upright, cells, _ = town(3, 8)
+    options = PvsOptions(up="z", epsilon=2.5)
     whole = visible(find_pvs(upright, cells, options).pvs)
     monkeypatch.setattr("simplifier.visibility.cull_maps.by_cull_maps._BATCH", 3)
     monkeypatch.setenv("OCCLUDER_THREADS", "1")
@@ -71,8 +71,8 @@ def test_a_set_depends_on_no_other_cell_no_batch_and_no_thread(monkeypatch):
 
 
 def test_opengl_takes_the_quick_look_alone():
-    upright, cells, _ = town()
-    field = find_pvs(upright, cells.some(np.arange(1)), PvsOptions(up="z", epsilon=2.5)).maps.field
+    upright, cells, _ = town(2, 1)
+    field = find_pvs(upright, cells, PvsOptions(up="z", epsilon=2.5)).maps.field
     quick, close = _looks(field, PvsOptions(up="z", epsilon=2.5))
     assert (quick.half, close.half) == (5.0, 1.0)
     assert len(_looks(field, PvsOptions(up="z", backend="opengl"))) == 1

@@ -99,7 +99,7 @@ def test_what_is_seen_in_scenes_built_against_it(backend, make):
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_all_that_any_point_of_a_cell_sees_of_a_city_is_in_its_set(backend, seed):
-    city = generated_city(5, seed=seed)
+    city = generated_city(4, seed=seed)
     cells = street_cells(city, 3, seed=seed)
     found = backend(maps_of(city, cells, 1.0, 5.0)).see(cells)[0]
     for cell in range(len(cells)):
@@ -172,7 +172,7 @@ def test_an_erosion_that_is_left_out_is_found_out(backend, monkeypatch):
 @pytest.mark.parametrize("eye", [2.0, 18.0, 60.0])
 def test_the_backends_find_the_same_umbra(made, eye):
     city = generated_city(4, seed=3)
-    cells = street_cells(city, 3, eye=eye, seed=1)
+    cells = street_cells(city, 2, eye=eye, seed=1)
     maps = maps_of(city, cells, 1.0, 5.0)
     drawn = made("opengl", maps)
     drawn_less, cpu_less = made("opengl", shrunk(maps, 2)), Processor(shrunk(maps, 1))

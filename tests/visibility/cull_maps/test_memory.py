@@ -39,7 +39,7 @@ def terrain():
 
 
 def test_the_arrays_of_a_terrain_take_less_than_is_foretold_and_not_much():
-    (upright, cells, posts), epsilon = terrain(), 2.5
+    (upright, cells, posts), epsilon = terrain(), 3.5
     options = PvsOptions(up="z", epsilon=epsilon)
     peak = most_allocated(lambda: find_pvs(upright, cells, options, terrain=posts))
     need = need_of_sets(upright, cells, 0.2 * epsilon, 0.2, terrain=True)
@@ -59,8 +59,8 @@ from simplifier.visibility.find import find_pvs
 from tests.visibility.cull_maps.test_memory import wide_city, eight_ways
 from tests.visibility.scenes import street_cell
 upright, cells = UprightScene.of(wide_city(), "z"), globals()[sys.argv[1]]()
-need = need_of_sets(upright, cells, 0.2, 0.2)
-find_pvs(upright, cells, PvsOptions(up="z", epsilon=1.0))
+need = need_of_sets(upright, cells, 0.28, 0.2)
+find_pvs(upright, cells, PvsOptions(up="z", epsilon=1.4))
 print(resident_mib("VmHWM") / (need.peak / MIB))
 """
 
@@ -83,7 +83,7 @@ def test_the_whole_process_takes_what_is_foretold(cells):
     done = subprocess.run(
         [sys.executable, "-c", FIND, cells], capture_output=True, text=True, check=True
     )
-    assert 0.8 < float(done.stdout) < 1.2
+    assert 0.8 < float(done.stdout) < 1.1
 
 
 def test_too_much_is_refused_before_and_the_epsilon_that_is_told_fits():

@@ -62,7 +62,7 @@ def parted(scene, pvs, cell):
 def test_pictures_show_nothing_of_what_slices_hide_of_gabled_houses(more):
     upright, cells = city_and_cells(3, 3, seed=1)
     scene = gabled(upright.scene)
-    scene = replace(scene, meshes=(finer(scene.meshes[0], 3),))
+    scene = replace(scene, meshes=(finer(scene.meshes[0], 2),))
     upright = UprightScene.of(scene, "z")
     pvs = find_pvs(upright, cells, PvsOptions(up="z", epsilon=2.5, slices=True)).pvs
     if more:  # were three more slices hidden, these would be seen

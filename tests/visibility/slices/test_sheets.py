@@ -160,7 +160,7 @@ def leaking(close, rounds=150):
             continue
         if closing(points, faces, a, b, close) == kernels.SHUT:
             shut += 1
-            leaks += not crossed(*lines(a, b, 400, random), points, faces).all()
+            leaks += not crossed(*lines(a, b, 200, random), points, faces).all()
     return shut, leaks
 
 

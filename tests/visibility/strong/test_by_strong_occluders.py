@@ -65,6 +65,7 @@ def test_no_leak_from_triangles_of_free_space():
     city = generated_city(3)
     upright = UprightScene.of(city, "z")
     cells = place_cells(upright, "triangles", OPTIONS)
+    cells = cells.some(np.arange(0, len(cells), 4))
     found = find_pvs(upright, cells, OPTIONS)
     check = check_pvs(city, found.pvs, CheckOptions(cells=40, views=20))
     assert not check.leaks

@@ -121,6 +121,9 @@ def test_a_link_shows_it_from_the_same_place(browser: Browser, page: Page, runs:
     with elsewhere(browser, page) as other:
         assert _alike(pixels(shown(other, _VIEWER)), drawn)
     host.focus()
+    page.keyboard.press("ArrowLeft")
+    settle(host)
+    assert not _alike(pixels(host), drawn)
     page.keyboard.press("0")
     expect_kept(page, eye=None)
 
@@ -187,5 +190,5 @@ def test_a_link_shows_the_same_comparison(browser: Browser, page: Page, runs: Ru
 
 
 def _alike(picture: object, other: object) -> bool:
-    """But for what is smoothed at edges and corners."""
-    return bool((np.abs(np.subtract(picture, other)).max(axis=-1) > 24).mean() < 0.005)
+    """But for what is smoothed at edges and corners, of which a castle has many."""
+    return bool((np.abs(np.subtract(picture, other)).max(axis=-1) > 24).mean() < 0.01)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -15,6 +15,7 @@ _COLOURS = {"recall": "#3b82c4", "precision": "#c0742a"}
 _SYMBOLS = {"recall": "circle", "precision": "diamond"}
 _TEXT = {"color": "currentColor"}
 _LINE = "rgba(128,128,128,0.25)"
+_STEP = 5  # percent
 
 
 def history_chart(history: Sequence[RunLine], thresholds: Thresholds) -> None:
@@ -39,8 +40,8 @@ def chart_options(history: Sequence[RunLine], thresholds: Thresholds) -> dict[st
         },
         "yAxis": {
             "type": "value",
+            "min": _lowest(runs, demanded.values()),
             "max": 100,
-            "scale": True,
             "axisLabel": {**_TEXT, "formatter": "{value} %"},
             "splitLine": {"lineStyle": {"color": _LINE}},
         },
@@ -64,6 +65,13 @@ def chart_options(history: Sequence[RunLine], thresholds: Thresholds) -> dict[st
             for name in _COLOURS
         ],
     }
+
+
+def _lowest(runs: Sequence[RunLine], demanded: Iterable[float | None]) -> int:
+    """The percent that the axis begins at: below all runs, and below what is demanded of them."""
+    shares = [*demanded, *(getattr(run, name) for run in runs for name in _COLOURS)]
+    least = min((share for share in shares if share is not None), default=0.0)
+    return min(_STEP * int(100.0 * least / _STEP), 100 - _STEP)
 
 
 def _percent(share: float | None) -> float | None:

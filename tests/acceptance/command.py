@@ -67,8 +67,9 @@ def occluder_here(monkeypatch, capfd, *arguments, cwd=None):
 
 def draw_small(monkeypatch):
     """Pictures of visible sets a quarter as wide: of their whole size each takes a second."""
-    for name in PICTURES:
-        module = import_module(f"simplifier.visibility.pictures.{name}")
+    # All at first: one that is loaded later would take over another's width and keep it.
+    modules = [import_module(f"simplifier.visibility.pictures.{name}") for name in PICTURES]
+    for module in modules:
         monkeypatch.setattr(module, "PIXELS", module.PIXELS // 4)
 
 

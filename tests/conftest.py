@@ -15,7 +15,9 @@ import os
 import signal
 from collections import Counter
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
+from subprocess import CompletedProcess
 from typing import TYPE_CHECKING
 
 import certifi
@@ -83,6 +85,16 @@ def one_authority(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         patch.setenv("SSL_CERT_FILE", str(file))
         patch.delenv("SSL_CERT_DIR", raising=False)
         yield
+
+
+@pytest.fixture
+def here(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> Callable[..., CompletedProcess[str]]:
+    """``here("simplify", …)``: the command in this process, where its own is not the subject."""
+    from tests.acceptance.command import occluder_here
+
+    return partial(occluder_here, monkeypatch, capfd)
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import stat
 import subprocess
@@ -12,8 +11,7 @@ import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
 from tests.acceptance.command import ROOT
-from tests.faults.serving import LIGHT_WORK, SURROUNDINGS, Server
-from tests.service.declared import declare
+from tests.faults.serving import LIGHT_WORK, Server, path_of_processes
 from tests.waiting import until
 
 PAGE = (ROOT / "docs/operations.md").read_text()
@@ -36,9 +34,8 @@ def rules():
 def serving(tmp_path_factory):
     """A server whose jobs are light, on the folder that the page has; it serves after each test."""
     folder = tmp_path_factory.mktemp("serving")
-    path = os.pathsep.join([str(SURROUNDINGS), str(declare(folder / "declared")), str(ROOT)])
     server = Server(
-        path, folder / "occluder_data",
+        path_of_processes(folder / "declared"), folder / "occluder_data",
         FAULTS_WORK=str(LIGHT_WORK), OCCLUDER_DASHBOARD="false",
     ).start()  # fmt: skip
     yield server

@@ -450,7 +450,7 @@ def test_a_limit_longer_than_the_preset_goes_on():
     mesh = table()
     options = {"budget": 32, "resolution": 24, "preset": "draft"}
     diary = Diary()
-    result = run(mesh, diary, time_limit=0.8, **options)
+    result = run(mesh, diary, time_limit=1.5, **options)
     assert diary.begun == [*RUN[:-1], *RUN[2:]]  # the quick start, then that of the preset
     assert diary.told[-1] == ("refine", 1.0)
     check_bound(mesh, result)

@@ -2,18 +2,10 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import pytest
 
 from simplifier.processes import run_jobs_here
-from tests.acceptance.command import draw_small, occluder_here
-
-
-@pytest.fixture
-def here(monkeypatch, capfd):
-    """``here("simplify", …)``: as ``occluder`` of ``tests.acceptance.command``."""
-    return partial(occluder_here, monkeypatch, capfd)
+from tests.acceptance.command import draw_small
 
 
 @pytest.fixture

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from functools import partial
 
 import httpx
 import pytest
@@ -11,7 +10,7 @@ from prometheus_client.parser import text_string_to_metric_families
 
 from service.access.attempts import LIMIT
 from service.access.key import new_secret
-from tests.acceptance.command import occluder, occluder_here
+from tests.acceptance.command import occluder
 from tests.cluster.machines import Cluster
 from tests.faults.serving import LIGHT_WORK
 from tests.service.real import BOX
@@ -39,12 +38,6 @@ def pair(declared, tmp_path_factory):
     made.key = key
     yield made
     made.close()
-
-
-@pytest.fixture
-def here(monkeypatch, capfd):
-    """``here("keys", "list")``: the command in this process."""
-    return partial(occluder_here, monkeypatch, capfd)
 
 
 @pytest.fixture

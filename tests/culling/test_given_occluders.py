@@ -13,7 +13,6 @@ from simplifier.errors import SceneError
 from simplifier.hierarchy.parts import split_large
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_writer import write_scene
-from tests.acceptance.command import occluder_here
 from tests.culling.occluded import (
     HIDDEN,
     SMALL,
@@ -65,18 +64,18 @@ def test_occluders_beside_the_scene_are_refused():
         fly(street(), scene_of(aside), path_of(), SMALL)
 
 
-def test_the_command_takes_a_file_of_them(tmp_path, monkeypatch, capfd):
+def test_the_command_takes_a_file_of_them(tmp_path, here):
     write_scene(street(), tmp_path / "street.glb")
     write_scene(scene_of(WALL, names=["by hand"]), tmp_path / "wall.glb")
     assert len(load_scene(tmp_path / "wall.glb")) == 1
-    done = occluder_here(
-        monkeypatch, capfd, "path", tmp_path / "street.glb", "-o", tmp_path / "walk.json",
-        "--up", "z", "--kind", "roof", "--frames", "3",
+    done = here(
+        "path", tmp_path / "street.glb", "-o", tmp_path / "walk.json", "--up", "z",
+        "--kind", "roof", "--frames", "3",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    done = occluder_here(
-        monkeypatch, capfd, "cull", tmp_path / "street.glb", "--occluders", tmp_path / "wall.glb",
-        "--path", tmp_path / "walk.json", "-o", tmp_path / "out", "--image", "80x45",
+    done = here(
+        "cull", tmp_path / "street.glb", "--occluders", tmp_path / "wall.glb", "--path",
+        tmp_path / "walk.json", "-o", tmp_path / "out", "--image", "80x45",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "out" / "cull.json").is_file()

@@ -15,7 +15,7 @@ import yaml
 import simplifier
 from simplifier.io.suffixes import MESH_SUFFIXES
 from tests import solids
-from tests.acceptance.command import ROOT, environment, occluder_here
+from tests.acceptance.command import ROOT, environment
 from tests.integrations.commands import make_command
 
 SCRIPT = ROOT / "examples" / "ci" / "check_occluders.sh"
@@ -41,12 +41,12 @@ def path(tmp_path_factory):
 
 
 @pytest.fixture
-def change(monkeypatch, capfd):
+def change(here):
     """``change(folder, budget)``: write a manifest, build, commit."""
 
     def make(folder, budget, loss=0.005):
         (folder / "occluders.toml").write_text(MANIFEST.format(budget=budget, loss=loss))
-        done = occluder_here(monkeypatch, capfd, "build", cwd=folder)
+        done = here("build", cwd=folder)
         assert done.returncode == 0, done.stderr
         git(folder, "add", ".")
         git(folder, "commit", "-q", "-m", "a change")

@@ -145,7 +145,7 @@ def _kept_options(
         math.inf, budget=budget, resolution=resolution, up=ground or "y",
         ground=ground is not None, smallest_hole=smallest_hole,
         # Viewers are between the objects, where a street is seen from few directions.
-        fill="flood", conservative=inside, preset="draft", seed=options.seed,
+        fill="flood", conservative=inside, seed=options.seed,
         overhang=options.overhang if near and not inside else 1.0,
         min_precision=None if near and not inside else _ALIKE,
         moves=min(options.moves * (_NEAR_EFFORT if near else 1), MOST_MOVES),

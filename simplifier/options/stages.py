@@ -197,6 +197,10 @@ class RefineOptions(OptionSet):
     views: int = option(144, low=1, high=MOST_DIRECTIONS, words="refine views")
     """Directions that the search looks from, 1 to 4096."""
 
+    rounds: int = option(10, low=1, high=20, words="refine rounds")
+    """How often searches go on from the best and prices follow, 1 to 20, at least: a longer search
+    does so more often.  Of few moves fewer rounds leave more to each."""
+
     decimated: bool = option(True)
     """Begin a search from decimated surfaces too, and keep one as it is where that hides most."""
 
@@ -207,19 +211,20 @@ _MOST_MOVES = 8.0  # times as many for any number
 
 @dataclass(frozen=True)
 class Effort:
-    """What a preset spends: sections and exchanges of the cut; moves, views, starts to refine."""
+    """What a preset spends: sections and exchanges of the cut; what refines it, and its starts."""
 
     sections: SectionOptions
     exchanges: int
     moves: int  # for few triangles
     views: int
+    rounds: int
     decimated: bool
 
 
 PRESETS: dict[Preset, Effort] = {
-    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 6_000, 64, False),
-    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 22_800, 144, True),
-    "best": Effort(SectionOptions(directions=128, depths=4), 8, 96_000, 144, True),
+    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 6_000, 64, 5, False),
+    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 22_800, 144, 10, True),
+    "best": Effort(SectionOptions(directions=128, depths=4), 8, 96_000, 144, 10, True),
 }
 
 
@@ -305,6 +310,7 @@ def stage_options(chosen: SimplifyOptions | EvaluateOptions, longest_edge: float
             # What keeps wholly inside sticks out nowhere, so there is nothing to be fined.
             overhang=1.0 if chosen.wholly_inside else chosen.overhang,
             views=effort.views,
+            rounds=effort.rounds,
             decimated=effort.decimated,
         ),
     )

@@ -30,11 +30,10 @@ from simplifier.refinement.annealing import Annealing, Prices, RefineViews, pull
 from simplifier.refinement.finalists import DEAREST, Outlines
 
 _SLICE = 400 * TRIES  # moves between two looks at the listener, at most
-_SLICES = 10  # of a search, at least
 _SLICE_SHARE = 0.01  # of a time limit, between two looks at the clock
 _SLICE_SECONDS = (0.0005, 0.02)  # at least, so that a slice is worth its start, and at most
 
-_ROUNDS = 20  # how often the searches compare their precision and score
+_ROUNDS = 20  # how often the searches compare their precision and score, at most
 _ROUND_SECONDS = 0.02  # that a time limit has to leave for each of them
 _LAST_ADOPTION = 0.85  # share of the search until which all go on from the best, round by round
 _FEW = 64  # triangles that any start is filled up to
@@ -69,12 +68,14 @@ def refine(
     soups = _pad_to_equal([pull_into(start, room)[:budget] for start in starts], budget)
     if not soups:
         return []
-    bargain = Bargain(options, views, outlines, room)
-    searches = _begin_searches(soups, options.searches, room, views, bargain.prices, seed)
-    slices = _by_moves(options) if deadline is None else _by_time(deadline.rest())
-    most, rounds = _ROUNDS, 1
+    most = _ROUNDS
     if deadline is not None:
         most = min(max(int(deadline.left / _ROUND_SECONDS), 1), _ROUNDS)
+    planned = most if deadline is not None else options.moves / _step(options)
+    bargain = Bargain(options, views, outlines, room, planned)
+    searches = _begin_searches(soups, options.searches, room, views, bargain.prices, seed)
+    slices = _by_moves(options) if deadline is None else _by_time(deadline.rest())
+    rounds = 1
     for moves, shares in slices:
         _run(searches, moves, shares)
         leader = max(searches, key=lambda search: search.measure)
@@ -138,11 +139,16 @@ _Slices = Iterator[tuple[int, tuple[float, float]]]
 """Moves to try, and the shares of the search at their begin and end."""
 
 
+def _step(options: RefineOptions) -> int:
+    """Moves of a slice."""
+    if options.overhang >= 1.0:
+        return _SLICE
+    # Prices follow overhang, so that even a short search needs some rounds.
+    return min(_SLICE, TRIES * max(1, options.moves // (TRIES * options.rounds)))
+
+
 def _by_moves(options: RefineOptions) -> _Slices:
-    moves = options.moves
-    step = _SLICE
-    if options.overhang < 1.0:  # which prices follow, so that even a short search needs some rounds
-        step = min(step, TRIES * max(1, moves // (TRIES * _SLICES)))
+    moves, step = options.moves, _step(options)
     for first in range(0, moves, step):
         last = min(first + step, moves)
         yield last - first, (first / moves, last / moves)
@@ -179,6 +185,7 @@ def pull_into(triangles: FloatArray, room: Room) -> FloatArray:
     return drawn[inside]
 
 
+_USUAL_ROUNDS = 10  # that prices change by the following in; in fewer they change by more
 _DEARER, _CHEAPER = 1.5, 0.8  # what a round changes the price by, at most
 _DEAREST = round(UNIT * DEAREST)  # a search that pays more loses more than it is judged by
 _OVERLOOKED = 1.5  # what is hidden wrongly in all views, beside those that the search looks from
@@ -215,10 +222,16 @@ class Bargain:
     it would only take out triangles.
 
     ``outlines``  where overhang and front are judged; None: by the search's own views.
+    ``rounds``    that there will be, about: the fewer, the more each of them changes.
     """
 
     def __init__(
-        self, options: RefineOptions, views: RefineViews, outlines: Outlines | None, room: Room
+        self,
+        options: RefineOptions,
+        views: RefineViews,
+        outlines: Outlines | None,
+        room: Room,
+        rounds: float = _USUAL_ROUNDS,
     ) -> None:
         self.room = room
         self._least = self._price = round(UNIT * options.overcover)
@@ -227,6 +240,7 @@ class Bargain:
         areas = np.maximum(np.bitwise_count(views.originals).sum(axis=1, dtype=np.int64), 1)
         self._fines = _FINE * areas.mean() / areas
         self._level = 1.0
+        self._pace = max(_USUAL_ROUNDS / max(rounds, options.rounds), 1.0)
         self._most_room, self._since = room.limit, 0  # layers, and rounds in the same room
         self._front = options.front if views.depths.known else 1.0
         self._tolls = FRONT_STEP * _TOLL * areas.mean() / areas
@@ -247,10 +261,10 @@ class Bargain:
         """Change by what a search hides wrongly and beside, ``share`` of the way through."""
         wrong = (1.0 - search.precision()) / max(self._wrong, 1e-9)
         if wrong > 1.0:
-            change = min(wrong**0.5, _DEARER) ** (1.0 - share) ** 0.5
+            change = min(wrong**0.5, _DEARER) ** (self._pace * (1.0 - share) ** 0.5)
             self._price = min(int(self._price * change) + 1, max(_DEAREST, self._least))
         elif self._price > self._least:
-            self._price = max(int(self._price * max(wrong, _CHEAPER)), self._least)
+            self._price = max(int(self._price * max(wrong, _CHEAPER) ** self._pace), self._least)
         if self._overhang < 1.0:
             self._follow_overhang(search, share)
         if self._front < 1.0:
@@ -262,7 +276,7 @@ class Bargain:
             found = float(search.front().mean())
         else:
             found = float(self._outlines.front(search.current()).mean())
-        change = min(max(found / aim, _LOWER), _HIGHER) ** (1.0 - share)
+        change = min(max(found / aim, _LOWER), _HIGHER) ** (self._pace * (1.0 - share))
         self._toll = min(max(self._toll * change, 1.0 / _TOLL), _MOST_TOLL)
 
     def _follow_overhang(self, search: Annealing, share: float) -> None:
@@ -276,7 +290,7 @@ class Bargain:
         if shown <= _SHOWN * aim and self._other_room(found / aim, share):
             self._since = 0
         elif found <= aim or shown > _SHOWN * aim:
-            change = min(max(found / aim, _LOWER), _HIGHER) ** (1.0 - share)
+            change = min(max(found / aim, _LOWER), _HIGHER) ** (self._pace * (1.0 - share))
             self._level = min(max(self._level * change, _LEAST), _MOST)
 
     def _other_room(self, overhang: float, share: float) -> bool:

@@ -41,6 +41,7 @@ RANGES = [
     (RefineOptions, "overcover", 0.0, 100.0),
     (RefineOptions, "precision", 0.0, 1.0),
     (RefineOptions, "views", 1, 4096),
+    (RefineOptions, "rounds", 1, 20),
     (Options, "seed", 0, 2**63 - 1),
 ]
 
@@ -134,6 +135,8 @@ def test_presets_spend_more_and_more():
     work = [(o.sections.directions, o.selection.exchanges, o.refine.moves) for o in made]
     assert work == sorted(work)
     assert work[0] < work[1] < work[2]
+    looks = [(o.refine.views, o.refine.rounds) for o in made]
+    assert looks[0] < looks[1] <= looks[2]
     assert make_options(1.0) == made[1]
 
 

@@ -14,7 +14,7 @@ from simplifier.kernels.voxelize import is_contained, mark_triangles
 from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
 from simplifier.refinement.annealing import Annealing, Prices
-from simplifier.refinement.search import _by_time, refine
+from simplifier.refinement.search import Bargain, _by_time, refine
 from tests.refinement.soups import SIZE, ball, crossed_quads, score, views_of
 
 
@@ -113,6 +113,25 @@ def test_nothing_to_begin_with_gives_nothing():
         refine([np.empty((0, 3, 3)), outside], Room.of(ball()), views_of(ball()), 6, options, 0)
         == []
     )
+
+
+@pytest.mark.parametrize(
+    ("moves", "asked", "expected"), [(6000, 5, 5), (6000, 10, 10), (24_000, 5, 10)]
+)
+def test_a_search_has_as_many_rounds_as_asked_and_more_where_it_is_long(
+    moves, asked, expected, monkeypatch
+):
+    shares = []
+    follow = Bargain.follow
+
+    def followed(self, search, share):
+        shares.append(share)
+        follow(self, search, share)
+
+    monkeypatch.setattr(Bargain, "follow", followed)
+    refined(moves, budget=4, searches=1, overhang=0.01, rounds=asked)
+    # After the last one nothing goes on that could follow.
+    assert shares == pytest.approx([(one + 1) / expected for one in range(expected - 1)])
 
 
 def test_each_search_gives_a_result_and_the_best_comes_first():

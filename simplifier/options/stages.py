@@ -198,8 +198,8 @@ class RefineOptions(OptionSet):
     """Directions that the search looks from, 1 to 4096."""
 
     rounds: int = option(10, low=1, high=20, words="refine rounds")
-    """How often searches go on from the best and prices follow, 1 to 20, at least: a longer search
-    does so more often.  Of few moves fewer rounds leave more to each."""
+    """How often at least searches go on from the best and prices follow, 1 to 20.  A long search
+    does so more often; where moves are few, fewer rounds leave more of them to each."""
 
     decimated: bool = option(True)
     """Begin a search from decimated surfaces too, and keep one as it is where that hides most."""

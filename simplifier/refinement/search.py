@@ -68,11 +68,12 @@ def refine(
     soups = _pad_to_equal([pull_into(start, room)[:budget] for start in starts], budget)
     if not soups:
         return []
-    most = _ROUNDS
-    if deadline is not None:
+    most, pace = _ROUNDS, 1.0
+    if deadline is None:
+        pace = _step(options, options.rounds) / _step(options, _USUAL_ROUNDS)
+    else:
         most = min(max(int(deadline.left / _ROUND_SECONDS), 1), _ROUNDS)
-    planned = most if deadline is not None else options.moves / _step(options)
-    bargain = Bargain(options, views, outlines, room, planned)
+    bargain = Bargain(options, views, outlines, room, pace)
     searches = _begin_searches(soups, options.searches, room, views, bargain.prices, seed)
     slices = _by_moves(options) if deadline is None else _by_time(deadline.rest())
     rounds = 1
@@ -139,16 +140,16 @@ _Slices = Iterator[tuple[int, tuple[float, float]]]
 """Moves to try, and the shares of the search at their begin and end."""
 
 
-def _step(options: RefineOptions) -> int:
-    """Moves of a slice."""
+def _step(options: RefineOptions, rounds: int) -> int:
+    """Moves of a slice, in a search of so many rounds at least."""
     if options.overhang >= 1.0:
         return _SLICE
     # Prices follow overhang, so that even a short search needs some rounds.
-    return min(_SLICE, TRIES * max(1, options.moves // (TRIES * options.rounds)))
+    return min(_SLICE, TRIES * max(1, options.moves // (TRIES * rounds)))
 
 
 def _by_moves(options: RefineOptions) -> _Slices:
-    moves, step = options.moves, _step(options)
+    moves, step = options.moves, _step(options, options.rounds)
     for first in range(0, moves, step):
         last = min(first + step, moves)
         yield last - first, (first / moves, last / moves)
@@ -185,7 +186,7 @@ def pull_into(triangles: FloatArray, room: Room) -> FloatArray:
     return drawn[inside]
 
 
-_USUAL_ROUNDS = 10  # that prices change by the following in; in fewer they change by more
+_USUAL_ROUNDS = 10  # for which the changes below are right; in fewer each changes by more
 _DEARER, _CHEAPER = 1.5, 0.8  # what a round changes the price by, at most
 _DEAREST = round(UNIT * DEAREST)  # a search that pays more loses more than it is judged by
 _OVERLOOKED = 1.5  # what is hidden wrongly in all views, beside those that the search looks from
@@ -222,7 +223,7 @@ class Bargain:
     it would only take out triangles.
 
     ``outlines``  where overhang and front are judged; None: by the search's own views.
-    ``rounds``    that there will be, about: the fewer, the more each of them changes.
+    ``pace``      times as many moves between two rounds as usual: prices change to that power.
     """
 
     def __init__(
@@ -231,7 +232,7 @@ class Bargain:
         views: RefineViews,
         outlines: Outlines | None,
         room: Room,
-        rounds: float = _USUAL_ROUNDS,
+        pace: float = 1.0,
     ) -> None:
         self.room = room
         self._least = self._price = round(UNIT * options.overcover)
@@ -240,7 +241,7 @@ class Bargain:
         areas = np.maximum(np.bitwise_count(views.originals).sum(axis=1, dtype=np.int64), 1)
         self._fines = _FINE * areas.mean() / areas
         self._level = 1.0
-        self._pace = max(_USUAL_ROUNDS / max(rounds, options.rounds), 1.0)
+        self._pace = pace
         self._most_room, self._since = room.limit, 0  # layers, and rounds in the same room
         self._front = options.front if views.depths.known else 1.0
         self._tolls = FRONT_STEP * _TOLL * areas.mean() / areas

@@ -83,7 +83,7 @@ def test_a_budget_of_ten_thousand_for_a_larger_mesh():
 @pytest.mark.parametrize("alpha", [0.0, 1.0])
 def test_alpha_at_its_ends(alpha, undisturbed):
     """At 1 the cut ends with its first polygon, and refining has to make up for it."""
-    assert recall(produced(alpha=alpha, resolution=32)) > 0.3 * recall(undisturbed)
+    assert recall(produced(alpha=alpha, resolution=32, moves=3000)) > 0.75 * recall(undisturbed)
 
 
 @pytest.mark.sweep(2)

@@ -277,7 +277,7 @@ class Bargain:
             found = float(search.front().mean())
         else:
             found = float(self._outlines.front(search.current()).mean())
-        change = min(max(found / aim, _LOWER), _HIGHER) ** (self._pace * (1.0 - share))
+        change = self._change(found / aim, share)
         self._toll = min(max(self._toll * change, 1.0 / _TOLL), _MOST_TOLL)
 
     def _follow_overhang(self, search: Annealing, share: float) -> None:
@@ -291,8 +291,11 @@ class Bargain:
         if shown <= _SHOWN * aim and self._other_room(found / aim, share):
             self._since = 0
         elif found <= aim or shown > _SHOWN * aim:
-            change = min(max(found / aim, _LOWER), _HIGHER) ** (self._pace * (1.0 - share))
-            self._level = min(max(self._level * change, _LEAST), _MOST)
+            self._level = min(max(self._level * self._change(found / aim, share), _LEAST), _MOST)
+
+    def _change(self, times: float, share: float) -> float:
+        """What fines or tolls are multiplied by where so many times the aim was found."""
+        return float(min(max(times, _LOWER), _HIGHER) ** (self._pace * (1.0 - share)))
 
     def _other_room(self, overhang: float, share: float) -> bool:
         """Take a layer off the room, or give one back, by overhang as a share of what is aimed at.

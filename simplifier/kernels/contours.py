@@ -17,6 +17,7 @@ one view after the other, since the sums of many views would not fit in a cache.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,7 +33,9 @@ from simplifier.kernels.faces import draw_face, draw_faces, empty_spans, lies_be
 from simplifier.kernels.threads import run_chunks
 from simplifier.progress import TellShare, silent
 
-_OPEN_SHARE = 0.125  # of the edges: more of them cost what they save
+_MOST_LISTED = 0.5  # of the edges, in a view: more of them cost what they save
+_CROWDED = 0.4  # the power of the pixels a triangle below one, by which triangles get cheaper
+_SAMPLE = 4096  # edges, by which their angles are known to a hundredth
 _WORDS = 64  # of 64 edges each at a time
 _EDGES = 256  # of a view at a time
 _LISTED = 1 << 16  # crossings of a view; where there are more, its edges are read again
@@ -56,6 +59,7 @@ class EdgeTable:
     ``edges``   (e, 4) int32: from, to, the triangle that it runs along, and the one on the other
                 side, along which it runs backwards; where there is none the number of triangles.
     ``open``    how many have none.
+    ``contour`` the share of the others that is of the contour, in the mean of all views.
     """
 
     vertices: NDArray[np.float64]
@@ -63,11 +67,13 @@ class EdgeTable:
     planes: NDArray[np.float32]
     edges: NDArray[np.int32]
     open: int
+    contour: float
 
-    @property
-    def worth_it(self) -> bool:
-        """Whether so few are open that counting them pays."""
-        return self.open <= _OPEN_SHARE * len(self.edges)
+    def pays(self, pixels: int) -> bool:
+        """Whether so few edges are listed in a picture of so many pixels that it is drawn sooner
+        than by triangles, most of which lie between pixels where these are few."""
+        listed = self.sides * self.contour + self.open / len(self.edges)
+        return listed <= _MOST_LISTED * math.pow(min(pixels / len(self.faces), 1.0), _CROWDED)
 
     @property
     def sides(self) -> int:
@@ -81,7 +87,8 @@ def edge_table(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> EdgeT
     planes = np.empty((len(faces), 4), dtype=np.float32)
     fill_planes(points, sorted_faces, planes)
     edges, alone = _edges_of(sorted_faces, len(points))
-    return EdgeTable(points, sorted_faces, planes, edges, alone)
+    contour = _contour_share(edges[: len(edges) - alone], planes)
+    return EdgeTable(points, sorted_faces, planes, edges, alone, contour)
 
 
 def _along_curve(
@@ -135,6 +142,17 @@ def _edges_of(faces: NDArray[np.int32], vertices: int) -> tuple[NDArray[np.int32
     starts = np.zeros(vertices + 2, dtype=np.int32)
     paired, alone = pair_edges(faces, starts, edges)
     return np.concatenate([edges[:paired], edges[len(edges) - alone :]]), alone
+
+
+def _contour_share(edges: NDArray[np.int32], planes: NDArray[np.float32]) -> float:
+    """Of edges with two triangles, as :class:`EdgeTable` has them: a random view sees the two from
+    different sides with the probability that the angle of their normals is of a half turn."""
+    some = edges[:: max(len(edges) // _SAMPLE, 1)]
+    one, other = (planes[some[:, side], :3].astype(np.float64) for side in (2, 3))
+    with np.errstate(invalid="ignore"):  # areas may be beyond float32: no share pays then
+        across = np.linalg.norm(np.cross(one, other), axis=1)
+        angles = np.arctan2(across, (one * other).sum(axis=1))
+    return float(angles.mean() / np.pi) if len(some) > 0 else 0.0
 
 
 def draw_by_contours(
@@ -204,36 +222,39 @@ def pair_edges(faces, starts, edges):
     """Write edges with two triangles, which run along them in opposite directions, from the front
     of ``edges`` (3 m, 4) on, and those of all others from the back; return how many of each.
 
+    Of more than two triangles at an edge, any two that run in opposite directions are a pair: their
+    crossings cancel whoever else is there.
+
     ``faces``   (m, 3) int32.
     ``starts``  (n + 2,) int32, zeros.
     """
     listed = list_edges(faces, starts)
-    count = len(starts) - 2
-    rising, falling, below = np.zeros((3, count), np.int32)  # of one place, by the other end
+    last = np.full(len(starts) - 2, -1, np.int32)  # row of one place without a pair, by other end
+    before = np.empty(len(listed), np.int32)  # the one that was the last when a row came
     paired, alone = 0, 0
-    for place in range(count):
+    for place in range(len(last)):
         begin, end = starts[place], starts[place + 1]
         for row in range(begin, end):
             other, face = listed[row, 0], listed[row, 1]
-            if face >= 0:
-                rising[other] += 1
-            else:
-                falling[other] += 1
-                below[other] = ~face
-        for row in range(begin, end):
-            other, face = listed[row, 0], listed[row, 1]
-            if rising[other] == 1 and falling[other] == 1:
-                if face >= 0:
-                    edges[paired, 0], edges[paired, 1] = place, other
-                    edges[paired, 2], edges[paired, 3] = face, below[other]
-                    paired += 1
+            waiting = last[other]
+            if waiting < 0 or face ^ listed[waiting, 1] >= 0:
+                before[row], last[other] = waiting, row
                 continue
-            alone += 1
-            edge = edges[len(edges) - alone]
-            edge[0], edge[1] = (place, other) if face >= 0 else (other, place)
-            edge[2], edge[3] = face ^ (face >> 31), len(faces)
+            last[other] = before[waiting]
+            edges[paired, 0], edges[paired, 1] = place, other
+            edges[paired, 2] = max(face, listed[waiting, 1])
+            edges[paired, 3] = ~min(face, listed[waiting, 1])
+            paired += 1
         for row in range(begin, end):
-            rising[listed[row, 0]], falling[listed[row, 0]] = 0, 0
+            other = listed[row, 0]
+            waiting, last[other] = last[other], -1
+            while waiting >= 0:
+                face = listed[waiting, 1]
+                alone += 1
+                edge = edges[len(edges) - alone]
+                edge[0], edge[1] = (place, other) if face >= 0 else (other, place)
+                edge[2], edge[3] = face ^ (face >> 31), len(faces)
+                waiting = before[waiting]
     return paired, alone
 
 

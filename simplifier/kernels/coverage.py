@@ -31,9 +31,9 @@ LARGEST_IMAGE = 65535
 
 _PLAIN: Sequence[Literal["C", "W", "A"]] = ("C", "W", "A")
 
-_LEAST_VIEWS = 48
+_LEAST_VIEWS = 32
 """Of a pixel for each triangle, in which a mesh is drawn by its contour: so many pay for its table
-of edges.  A smooth mesh has few edges in its contours and asks for 15, one of many parts for 64.
+of edges.  A smooth mesh has few edges in its contours and asks for ten, one of many parts for all.
 More pixels make triangles dearer; of a few, most triangles lie between them."""
 
 MOST_FACES = 1 << 21
@@ -52,9 +52,6 @@ _PIXELS = 128
 
 _PIXELS_A_FACE = 32
 """At most, of a picture that is: what is counted by the pixel must not cost more than triangles."""
-
-_FACES_A_PIXEL = 4
-"""At most, of a picture that is drawn by a table that is there anyway."""
 
 LARGEST_VALUE = 1e100
 """Of coordinates and projections: crossings then never overflow, so no span leaves its row."""
@@ -114,7 +111,7 @@ def coverage_masks(
         from simplifier.kernels.contours import draw_by_contours, edge_table
 
         table = edge_table(points, indices) if known is None else known.table_of(points, indices)
-        if table.worth_it:
+        if table.pays(rows * columns):
             draw_by_contours(table, views, columns, masks, tell)
             return masks
     run_chunks(
@@ -132,19 +129,15 @@ def views_at_a_time(views: int) -> int:
     return min(-(-views // thread_count()), VIEWS_AT_A_TIME)
 
 
-def by_contours(
-    faces: int, views: int, pixels: int, *, there: bool = False, least_views: int = _LEAST_VIEWS
-) -> bool:
-    """Whether so many triangles are drawn by their contour, if few of their edges are open.
+def by_contours(faces: int, views: int, pixels: int, *, there: bool = False) -> bool:
+    """Whether so many triangles are drawn by their contour, if few of their edges are listed.
 
-    ``there``        the table of their edges is, from other pictures.
-    ``least_views``  of a pixel for each triangle, which pay for the table if it is not.
+    ``there``  the table of their edges is, from other pictures.
     """
     if faces > MOST_FACES or pixels > _PIXELS_A_FACE * faces:
         return False
-    if there:
-        return faces <= _FACES_A_PIXEL * pixels
-    return views**2 * pixels >= least_views**2 * faces  # the square of views by pixels a triangle
+    # The square of views by pixels a triangle.
+    return there or views**2 * pixels >= _LEAST_VIEWS**2 * faces
 
 
 def unpack_masks(masks: MaskArray, columns: int) -> NDArray[np.bool_]:

@@ -32,11 +32,6 @@ LEAST_FACES = 1 << 13
 tenth of a second, and the kernels for it take two seconds to compile."""
 
 
-LEAST_VIEWS = 32
-"""As :func:`~simplifier.kernels.coverage.by_contours` takes them: fewer than for pictures alone,
-since triangles are settled one by one."""
-
-
 def front_pixels(
     mesh: tuple[NDArray[np.float64], NDArray[np.int32]],
     occluder: tuple[NDArray[np.float64], NDArray[np.int32]],
@@ -59,15 +54,13 @@ def front_pixels(
     points, faces, views = drawable(*mesh, projections, (3, image, image))
     other_points, other_faces, _ = drawable(*occluder, projections, (3, image, image))
     pixels = np.zeros((len(views), 2), dtype=np.int64)
-    if len(faces) >= LEAST_FACES and by_contours(
-        len(faces), len(views), image * image, least_views=LEAST_VIEWS
-    ):
+    if len(faces) >= LEAST_FACES and by_contours(len(faces), len(views), image * image):
         # Here, not above: they are built on this file, and small meshes need not load them.
         from simplifier.kernels.contours import draw_by_contours, edge_table
         from simplifier.kernels.front_contours import count_front_by_contours
 
         table = edge_table(points, faces) if known is None else known.table_of(points, faces)
-        if table.worth_it:
+        if table.pays(image * image):
             flat = np.ascontiguousarray(views[:, :2])
             shown = None if known is None else known.masks_of(points, faces, flat, image)
             if shown is None:

@@ -13,7 +13,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from simplifier.kernels.coverage import VIEWS_AT_A_TIME, by_contours
-from simplifier.kernels.front import LEAST_VIEWS
 from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
 from simplifier.options.simplify import LITTLE_OVERHANG
@@ -292,7 +291,7 @@ def front(size: MeshSize, count: int, occluders: int) -> int:
     """
     drawn = _VERTEX * size.vertices + _FACE * size.triangles
     own = (16 + 4) * size.vertices + 8 * _FRONT_IMAGE**2
-    if by_contours(size.triangles, count, _FRONT_IMAGE**2, least_views=LEAST_VIEWS):
+    if by_contours(size.triangles, count, _FRONT_IMAGE**2):
         drawn += 2 * _VERTEX * size.vertices + 2 * _MASKS_KEPT
         drawn += (_KEPT_FACE + _CLUSTER_FACE) * size.triangles
         own += 17 * size.triangles + _CROSSINGS + 4 * _FRONT_IMAGE**2

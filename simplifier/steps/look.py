@@ -53,46 +53,57 @@ class StoppedError(Exception):
 
 
 @dataclass(frozen=True, eq=False)
-class Looks:
-    """Pictures of the original, and its surfaces in fewer triangles; in the room's place.
+class Original:
+    """What pictures show, in the room's place, and how they are framed and drawn.
 
-    ``original``  vertices (n, 3) and faces (m, 3) of what pictures show, and of what is drawn.
-    ``drawn``     (k, 3, 3) the triangles of it that are drawn by hand.
-    ``views``     what searches look at.
-    ``surfaces``  what searches may begin with.
-    ``depth``     units by which an occluder may stand before the surface.
+    ``mesh``    vertices (n, 3) and faces (m, 3), with what is drawn by hand.
+    ``drawn``   (k, 3, 3) the triangles of it that are drawn by hand.
+    ``margin``  cells that the room's place begins before the solid's.
+    ``depth``   units by which an occluder may stand before the surface.
     """
 
-    original: tuple[FloatArray, IntArray]
+    mesh: tuple[FloatArray, IntArray]
     drawn: FloatArray
-    views: RefineViews
-    surfaces: Surfaces
     solid: Solid
-    room: Room
+    margin: float
     options: Options
     depth: float
     device: Device
 
+    @classmethod
+    def of(
+        cls,
+        mesh: TriangleMesh,
+        shown: TriangleMesh,
+        solid: Solid,
+        margin: float,
+        options: Options,
+        by_hand: FloatArray,
+    ) -> Original:
+        """Of a mesh, which is ``shown`` in fewer triangles, and those (k, 3, 3) drawn by hand."""
+        drawn = solid.core.to_grid(by_hand) + margin
+        placed = solid.core.to_grid(shown.vertices)
+        placed += margin
+        pictured = _two_as_one((placed, shown.faces), as_mesh(drawn))
+        depth = 2.0 * FRONT_DEPTH * BoundingSphere.of(mesh).radius / solid.core.cell_size
+        device = remembering(open_device(options.device))
+        return cls(pictured, drawn, solid, margin, options, depth, device)
+
     @cached_property
     def outlines(self) -> Outlines:
         """What tells searches how far they stick out; they do not see these pictures."""
-        lines = search_projections(self.solid, self.options, OUTLINES, self.room.margin)
+        lines = self.lines(OUTLINES)
         depths = self.depths(lines, _FRONT)
-        return Outlines.of(*self.original, lines, self.drawn, depths, self.device)
+        return Outlines.of(*self.mesh, lines, self.drawn, depths, self.device)
 
     def judge(self, several: bool, outlines: Outlines | None) -> Judge:
         """Of finer pictures: fewer where there is no time for ``several`` searches; overhang is
         judged by the ``outlines`` or, where none were made, by those of these pictures."""
-        count, aims = FINE_VIEWS if several else _FEW_FINE_VIEWS, self.options.refine
-        fine = search_projections(self.solid, self.options, count, self.room.margin)
+        aims, fine = self.options.refine, self.lines(FINE_VIEWS if several else _FEW_FINE_VIEWS)
         if outlines is None:
-            outlines = Outlines.of(*self.original, fine, self.drawn, device=self.device)
-        pictures = FineViews.of(*self.original, fine, outlines)
+            outlines = Outlines.of(*self.mesh, fine, self.drawn, device=self.device)
+        pictures = FineViews.of(*self.mesh, fine, outlines)
         return Judge(pictures, aims.precision, aims.overhang, front=aims.front)
-
-    def room_for(self, budget: int) -> Room:
-        """The room of searches with so many triangles."""
-        return narrowed_room(self.room, self.views, self.options.refine.overhang, budget)
 
     def needs_outlines(self, several: bool) -> bool:
         """Whether they are judged by, in a run that has time for them.
@@ -102,13 +113,36 @@ class Looks:
         aims = self.options.refine
         return self.solid.reach > 0 and (several or aims.overhang < 1.0 or aims.front < 1.0)
 
+    def lines(self, count: int) -> FloatArray:
+        """(count, 2, 4) projections to 64 x 64 pixels."""
+        return search_projections(self.solid, self.options, count, self.margin)
+
     def depths(self, lines: FloatArray, size: int) -> Depths:
         """By projections (V, 2, 4) to 64 x 64 pixels, in pictures of ``size``; none where what is
         in front costs nothing."""
         if self.options.refine.front >= 1.0:
             return NO_DEPTHS
         turned = self.options.solid.viewers != "above"
-        return Depths.of(*self.original, lines, size, self.depth, turned, self.device)
+        return Depths.of(*self.mesh, lines, size, self.depth, turned, self.device)
+
+
+@dataclass(frozen=True, eq=False)
+class Looks:
+    """The original in pictures, and its surfaces in fewer triangles.
+
+    ``views``     what searches look at.
+    ``surfaces``  what searches may begin with.
+    """
+
+    original: Original
+    views: RefineViews
+    surfaces: Surfaces
+    room: Room
+
+    def room_for(self, budget: int) -> Room:
+        """The room of searches with so many triangles."""
+        overhang = self.original.options.refine.overhang
+        return narrowed_room(self.room, self.views, overhang, budget)
 
 
 @contextmanager
@@ -130,10 +164,7 @@ def looking(
     def make(stopped: Stopped) -> Looks:
         assert room is not None
         heard = None if watch.is_alone and not deadline.limited else stopped
-        looks = look(mesh, solid, room, options, deadline, overrides, heard)
-        if not deadline.limited and looks.needs_outlines(options.refine.decimated):
-            _ = looks.outlines  # made here and now, since it will be asked for
-        return looks
+        return look(mesh, solid, room, options, deadline, overrides, heard)
 
     with closing(Ahead(make)) as looks:
         aims = options.refine
@@ -151,34 +182,22 @@ def look(
     overrides: Overrides = NO_OVERRIDES,
     stopped: Stopped | None = None,
 ) -> Looks:
-    """The pictures that searches look at; all others are made when they are asked for.
+    """The pictures that searches look at, and outlines if these are needed and there is time; all
+    others are made when they are asked for.
 
     Raises :class:`StoppedError` soon after ``stopped`` is true, if given.
     """
-    drawn = solid.core.to_grid(overrides.triangles) + room.margin
     shown = thinned(mesh)
-    placed = solid.core.to_grid(shown.vertices)
-    placed += room.margin
-    original = _two_as_one((placed, shown.faces), as_mesh(drawn))
-    device = remembering(open_device(options.device))
-    views = _views(original, drawn, solid, options, room.margin, deadline, device, stopped)
-    depth = 2.0 * FRONT_DEPTH * BoundingSphere.of(mesh).radius / solid.core.cell_size
-    surfaces = Surfaces(shown, solid.core)
-    looks = Looks(original, drawn, views, surfaces, solid, room, options, depth, device)
-    depths = looks.depths(views.projections, SIZE).rows_of_search()
-    return replace(looks, views=replace(views, depths=depths))
+    original = Original.of(mesh, shown, solid, room.margin, options, overrides.triangles)
+    if not deadline.limited and original.needs_outlines(options.refine.decimated):
+        # First: they pay for a table of edges, by which smaller pictures are then drawn as well.
+        _ = original.outlines
+    views = _views(original, deadline, stopped)
+    depths = original.depths(views.projections, SIZE).rows_of_search()
+    return Looks(original, replace(views, depths=depths), Surfaces(shown, solid.core), room)
 
 
-def _views(
-    original: tuple[FloatArray, IntArray],
-    by_hand: FloatArray,
-    solid: Solid,
-    options: Options,
-    margin: float,
-    deadline: Deadline,
-    device: Device,
-    stopped: Stopped | None,
-) -> RefineViews:
+def _views(original: Original, deadline: Deadline, stopped: Stopped | None) -> RefineViews:
     """The original as the search sees it, in fewer views where a time limit is short."""
 
     def tell(share: float) -> None:
@@ -187,7 +206,7 @@ def _views(
 
     def drawn(count: int) -> RefineViews:
         tell(0.0)
-        projections = by_looks(search_projections(solid, options, count, margin))
+        projections = by_looks(original.lines(count))
         drawing = deadline.rest()
 
         def keep_pace(share: float) -> None:
@@ -196,10 +215,10 @@ def _views(
                 raise StoppedError
 
         heard = silent if stopped is None and not deadline.limited else keep_pace
-        originals = silhouettes(*original, projections, heard, device)
-        return RefineViews(projections, originals, by_hand)
+        originals = silhouettes(*original.mesh, projections, heard, original.device)
+        return RefineViews(projections, originals, original.drawn)
 
-    most = options.refine.views
+    most = original.options.refine.views
     if not deadline.limited:
         return drawn(most)
     before = deadline.left

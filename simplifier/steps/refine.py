@@ -182,7 +182,7 @@ class _Run:
         enough = 0.0  # of the original's score, for sections to begin with alone
         if aims.decimated and in_time:
             enough = MUCH_BEGUN
-        elif looks.solid.enclosed_fraction < _SHEET:
+        elif looks.original.solid.enclosed_fraction < _SHEET:
             enough = _LITTLE
         decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough
         several = in_time and (aims.decimated or decimated)
@@ -192,18 +192,19 @@ class _Run:
     def outlines(self) -> Outlines | None:
         """None where the search's own views have to do."""
         in_time = self.several or not self.deadline.limited
-        return self.looks.outlines if in_time and self.looks.needs_outlines(self.several) else None
+        original = self.looks.original
+        return original.outlines if in_time and original.needs_outlines(self.several) else None
 
     @cached_property
     def judge(self) -> Judge:
         """Only made where there is something to judge: its pictures take time."""
-        return self.looks.judge(self.several, self.outlines)
+        return self.looks.original.judge(self.several, self.outlines)
 
     @property
     def divided(self) -> bool:
         """Whether searches may follow the first, in less room or with fewer triangles: of a sheet
         within a time limit, too, all of which could be spent on triangles that only stick out."""
-        sheet = self.looks.solid.enclosed_fraction < _SHEET
+        sheet = self.looks.original.solid.enclosed_fraction < _SHEET
         return self.several and (sheet or not self.deadline.limited)
 
     def time_for(self, share: float) -> Deadline | None:

@@ -55,7 +55,7 @@ FORMS = {
     "open": (solids.TriangleMesh(BALL.vertices, BALL.faces[40:]), None),
     "some triangles turned over": (turned(BALL, slice(0, None, 7)), None),
     "two that share an edge with two others": (
-        solids.joined(solids.box(), solids.box(low=(1.0, 1.0, 0.0))), None,
+        solids.joined(solids.box(), solids.box(low=(1.0, 1.0, 0.0))), 0,
     ),
     "every triangle twice": (
         solids.TriangleMesh(BALL.vertices, np.concatenate([BALL.faces, BALL.faces])), None,
@@ -138,9 +138,9 @@ def test_the_order_of_triangles_and_vertices_does_not_matter():
 @pytest.mark.parametrize(
     ("faces", "views", "pixels", "expected"),
     [
-        (4096, 48, 4096, True), (4096, 47, 4096, False),  # a pixel a triangle
-        (65_536, 192, 4096, True), (65_536, 191, 4096, False),  # most lie between pixels
-        (4096, 12, 65_536, True), (4096, 11, 65_536, False),  # all are drawn
+        (4096, 32, 4096, True), (4096, 31, 4096, False),  # a pixel a triangle
+        (65_536, 128, 4096, True), (65_536, 127, 4096, False),  # most lie between pixels
+        (4096, 8, 65_536, True), (4096, 7, 65_536, False),  # all are drawn
         (4096, 10_000, 131_073, False), (1 << 22, 10_000, 1 << 22, False),  # at all
     ],
 )  # fmt: skip
@@ -148,9 +148,56 @@ def test_views_that_a_table_of_edges_pays_for(faces, views, pixels, expected):
     assert by_contours(faces, views, pixels) == expected
 
 
-@pytest.mark.parametrize(("faces", "expected"), [(16_384, True), (16_385, False), (127, False)])
+@pytest.mark.parametrize(("faces", "expected"), [(1 << 21, True), (1 << 22, False), (127, False)])
 def test_one_that_is_there_is_used_in_any_number_of_views(faces, expected):
     assert by_contours(faces, 1, 4096, there=True) == expected
+
+
+def table_of(mesh):
+    return edge_table(np.ascontiguousarray(mesh.vertices.T), mesh.faces)
+
+
+def test_any_two_triangles_that_run_along_an_edge_in_opposite_directions_are_a_pair():
+    """Fans around one edge: as many are left as run along it one way more often than the other."""
+    fan = [(0, 1, 2), (1, 0, 3), (0, 1, 4), (0, 1, 5), (1, 0, 6)]
+    points = np.random.default_rng(0).random((7, 3))
+    for count in range(1, 6):
+        for order in (fan[:count], fan[:count][::-1]):
+            table = table_of(solids.TriangleMesh(points, np.array(order, dtype=np.int32)))
+            forth = sum(face[0] == 0 for face in order)
+            left = abs(2 * forth - count)
+            assert table.open == 2 * count + left  # all other edges have one triangle
+            assert len(table.edges) == 2 * count + left + (count - left) // 2
+            edges = sorted(tuple(edge[2:]) for edge in table.edges[: (count - left) // 2])
+            assert len({face for edge in edges for face in edge}) == 2 * len(edges)
+
+
+def test_the_share_of_the_contour_is_that_of_random_views():
+    for mesh in (solids.box(), BALL, RING):
+        table = table_of(mesh)
+        normals = table.planes[:, :3]
+        facing = normals @ random_directions(4000, 0).T.astype(np.float32) > 0.0
+        paired = table.edges[: len(table.edges) - table.open]
+        shares = (facing[paired[:, 2]] != facing[paired[:, 3]]).mean()
+        assert table.contour == pytest.approx(shares, abs=0.01)
+    assert table_of(solids.box()).contour == pytest.approx(1.0 / 3.0)  # half of 12 edges of 18
+
+
+@pytest.mark.parametrize(
+    ("open_edges", "contour", "pixels", "expected"),
+    [
+        (0, 0.5, 100, True), (0, 0.51, 100, False),  # either side shows all of a closed mesh
+        (2, 0.19, 100, True), (2, 0.21, 100, False),  # of an open one both have to be drawn
+        (0, 0.19, 10, True), (0, 0.21, 10, False),  # most triangles lie between pixels
+        (0, float("nan"), 100, False),  # areas are beyond float32
+    ],
+)  # fmt: skip
+def test_edges_that_are_too_many_to_list(open_edges, contour, pixels, expected):
+    table = contours.EdgeTable(
+        np.zeros((9, 3)), np.zeros((100, 3), np.int32), np.zeros((100, 4), np.float32),
+        np.zeros((20, 4), np.int32), open_edges, contour,
+    )  # fmt: skip
+    assert table.pays(pixels) == expected
 
 
 def test_a_fine_mesh_in_many_views_is_drawn_by_its_contour(monkeypatch):

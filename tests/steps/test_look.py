@@ -8,6 +8,8 @@ import time
 import pytest
 
 from simplifier.errors import CancelledError
+from simplifier.kernels import contours
+from simplifier.kernels.contours import draw_by_contours
 from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Deadline, Stopwatch
@@ -68,6 +70,22 @@ def test_who_looks_changes_nothing(lookers, monkeypatch):
     here = threading.get_ident()
     assert [one == here for one in lookers] == [True, False]
     assert made[0].vertices.tobytes() == made[1].vertices.tobytes()
+
+
+def test_small_pictures_are_drawn_by_the_table_that_large_ones_pay_for(monkeypatch):
+    mesh, drawn, tables = blob(rings=66), [], []
+    assert len(mesh.faces) > 8192  # fewer are drawn one by one in pictures of 512 pixels
+
+    def draw(table, views, columns, *others):
+        drawn.append(columns)
+        tables.append(table)
+        return draw_by_contours(table, views, columns, *others)
+
+    monkeypatch.setattr(contours, "draw_by_contours", draw)
+    options = make_options(float(mesh.extent.max()), budget=12, resolution=16, moves=40)
+    simplify_mesh(mesh, options)
+    assert drawn[:2] == [512, 64]
+    assert all(table is tables[0] for table in tables)
 
 
 @pytest.mark.parametrize("options", [{"time_limit": 60.0, "moves": None}, {"moves": 0}])

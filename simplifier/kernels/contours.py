@@ -6,9 +6,10 @@ crossings are the same number and cancel, so only edges between triangles that f
 count (the contour; Appel 1967), and open ones.  A fine mesh has a hundred triangles for each.
 
 A closed mesh is covered by what faces the viewer where it is covered at all; an open one also by
-what faces away, counted likewise.  Triangles so near to edge-on that rounding could turn them are
-drawn one by one.  Where a contour's vertex is so near to a pixel's centre that rounding could take
-its two edges for each other, the view is drawn triangle by triangle.
+what faces away, which covers a pixel as often less what the mesh's open edges count.  Triangles so
+near to edge-on that rounding could turn them are drawn one by one.  Where a contour's vertex is so
+near to a pixel's centre that rounding could take its two edges for each other, the view is drawn
+triangle by triangle.
 
 Vertices, triangles and edges lie along a curve through space, so what is looked at together is
 near at hand.  Edges are read once for some views; what they count is listed by view and summed up
@@ -33,8 +34,8 @@ from simplifier.kernels.faces import draw_face, draw_faces, empty_spans, lies_be
 from simplifier.kernels.threads import run_chunks
 from simplifier.progress import TellShare, silent
 
-_MOST_LISTED = 0.5  # of the edges, in a view: more of them cost what they save
-_CROWDED = 0.4  # the power of the pixels a triangle below one, by which triangles get cheaper
+_MOST_LISTED = 0.3  # of the edges, in a view: more of them cost what they save
+_CROWDED = 0.25  # the power of the pixels a triangle below one, by which triangles get cheaper
 _SAMPLE = 4096  # edges, by which their angles are known to a hundredth
 _WORDS = 64  # of 64 edges each at a time
 _EDGES = 256  # of a view at a time
@@ -72,7 +73,7 @@ class EdgeTable:
     def pays(self, pixels: int) -> bool:
         """Whether so few edges are listed in a picture of so many pixels that it is drawn sooner
         than by triangles, most of which lie between pixels where these are few."""
-        listed = self.sides * self.contour + self.open / len(self.edges)
+        listed = self.contour + 1.5 * self.open / len(self.edges)  # half of these on one side
         return listed <= _MOST_LISTED * math.pow(min(pixels / len(self.faces), 1.0), _CROWDED)
 
     @property
@@ -472,6 +473,27 @@ def cover(counts, columns, mask):
 
 
 @inner_kernel
+def cover_either(counts, mask):
+    """As :func:`cover`, of ``counts`` (2, columns + 1, rows): where the first sum is more than
+    none, or that of both."""
+    rows, columns = mask.shape[0], counts.shape[1] - 1
+    one, both = np.zeros(rows, np.int32), np.zeros(rows, np.int32)
+    bits = np.empty(rows, np.uint32)
+    for half in range((columns + 31) // 32):
+        bits[:] = 0
+        for place in range(min(columns - 32 * half, 32)):
+            line, other = counts[0, 32 * half + place], counts[1, 32 * half + place]
+            for row in range(rows):
+                one[row] += line[row]
+                both[row] += line[row] + other[row]
+                line[row], other[row] = 0, 0
+                bits[row] |= np.uint32(max(one[row], both[row]) > 0) << np.uint32(place)
+        for row in range(rows):
+            mask[row, half >> 1] |= np.uint64(bits[row]) << np.uint64(32 * (half & 1))
+    counts[:, columns] = 0  # right of the picture
+
+
+@inner_kernel
 def _draw_edge_on(vertices, faces, front, back, projections, columns, masks):
     """Draw the triangles that have neither bit of a view."""
     rows, views = masks.shape[1], len(projections)
@@ -505,27 +527,67 @@ def draw_contours(
     those of :func:`sight_axes`.
     """
     front, back = np.zeros(len(faces) + 1, np.uint64), np.zeros(len(faces) + 1, np.uint64)
-    counts = np.zeros((columns + 1, masks.shape[1]), np.int32)
+    counts = np.zeros((sides, columns + 1, masks.shape[1]), np.int32)
     lists, used, unsure = contour_lists(batch, masks.shape[1])
+    others, others_used, _ = contour_lists(batch if sides == 2 else 0, masks.shape[1])
+    turned = np.zeros(batch, np.bool_)
     for first in range(begin, end, batch):
         last = min(first + batch, end)
+        views, pictures = projections[first:last], masks[first:last]
         fill_sides(planes, axes[first:last], front, back)
         unsure[:] = False
-        for side in range(sides):
-            draw_contour(
-                vertices, edges, back if side == 1 else front, projections[first:last],
-                np.full(last - first, side == 1), lists, used, unsure, counts, masks[first:last],
+        if sides == 2:
+            for face in range(len(faces)):
+                back[face] |= front[face]
+            _draw_both_sides(
+                vertices, edges, front, back, views, (lists, others), (used, others_used), unsure,
+                counts, pictures,
             )  # fmt: skip
+        else:
+            draw_contour(
+                vertices, edges, front, views, turned, lists, used, unsure, counts[0], pictures
+            )
         for view in range(last - first):
             if unsure[view]:
-                masks[first + view] = 0
-        _draw_edge_on(
-            vertices, faces, front, back, projections[first:last], columns, masks[first:last]
-        )
+                pictures[view] = 0
+        _draw_edge_on(vertices, faces, front, back, views, columns, pictures)
         if unsure[: last - first].any():
-            _draw_unsure(
-                vertices, faces, projections[first:last], unsure, columns, masks[first:last]
-            )
+            _draw_unsure(vertices, faces, views, unsure, columns, pictures)
+
+
+@inner_kernel
+def _draw_both_sides(
+    vertices, edges, front, either, projections, lists, used, unsure, counts, masks
+):
+    """Set in ``masks`` (V, rows, words) what triangles with a view's bit in ``either`` cover, of
+    which those in ``front`` are wound one way and the others the other way.
+
+    ``lists``, ``used``  two each, as of :func:`list_crossings`, and two ``counts``.
+
+    The contour of those wound the other way is not looked for: they cover a pixel as often as the
+    front, less what the edges of all together count.  Few of these do not cancel: open ones, and
+    those of triangles that are edge-on.
+    """
+    views = len(projections)
+    straight, turned = np.zeros(views, np.bool_), np.ones(views, np.bool_)
+    list_crossings(
+        vertices, edges, front, 0, views, projections, straight, lists[0], used[0], unsure,
+        counts[0],
+    )  # fmt: skip
+    list_crossings(
+        vertices, edges, either, 0, views, projections, turned, lists[1], used[1], unsure,
+        counts[1],
+    )  # fmt: skip
+    for view in range(views):
+        _count_listed(
+            vertices, edges, front, view, projections, straight, lists[0], used[0], unsure,
+            counts[0],
+        )  # fmt: skip
+        _count_listed(
+            vertices, edges, either, view, projections, turned, lists[1], used[1], unsure,
+            counts[1],
+        )  # fmt: skip
+        cover_either(counts, masks[view])
 
 
 @inner_kernel
@@ -546,13 +608,19 @@ def draw_contour(vertices, edges, bits, projections, turned, lists, used, unsure
         vertices, edges, bits, 0, views, projections, turned, lists, used, unsure, counts
     )
     for view in range(views):
-        if used[view] < 0:
-            list_crossings(
-                vertices, edges, bits, view, view + 1, projections, turned, lists, used, unsure,
-                counts,
-            )  # fmt: skip
-        add_crossings(lists[view, : used[view]], counts)
+        _count_listed(vertices, edges, bits, view, projections, turned, lists, used, unsure, counts)
         cover(counts, len(counts) - 1, masks[view])
+
+
+@inner_kernel
+def _count_listed(vertices, edges, bits, view, projections, turned, lists, used, unsure, counts):
+    """Add to ``counts`` what :func:`list_crossings` has found of a view, and find it once more
+    where its list had no room."""
+    if used[view] < 0:
+        list_crossings(
+            vertices, edges, bits, view, view + 1, projections, turned, lists, used, unsure, counts
+        )
+    add_crossings(lists[view, : used[view]], counts)
 
 
 @inner_kernel

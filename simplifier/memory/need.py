@@ -261,10 +261,10 @@ def deviation(size: MeshSize, shape: Shape, options: Options) -> int:
 def views(size: MeshSize, count: int, image: int, occluders: int) -> int:
     """Silhouettes of the mesh: vertices by axis, faces, of each thread the vertices on the screen
     and their pixels; masks as bits.  In many views a table of edges as well, and of each thread
-    crossings, counts (int32) and which way triangles face."""
+    crossings and counts (int32), both twice, and which way triangles face."""
     drawn = _VERTEX * size.vertices + _FACE * size.triangles
     if by_contours(size.triangles, count, image**2):
-        drawn += _TABLE_FACE * size.triangles + thread_count() * (_CROSSINGS + 4 * image**2)
+        drawn += _TABLE_FACE * size.triangles + 2 * thread_count() * (_CROSSINGS + 4 * image**2)
     scratch = min(thread_count(), count) * (16 + 4) * size.vertices
     return drawn + scratch + _masks(count, image, occluders)
 

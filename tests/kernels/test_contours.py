@@ -121,6 +121,21 @@ def test_more_crossings_than_a_list_holds():
     assert np.bitwise_count(edges).sum() > contours._LISTED
 
 
+def test_more_crossings_of_open_bars_than_a_list_holds(monkeypatch):
+    """Of either list, with several views at a time and with one alone."""
+    boxes = [solids.box((0.01, 1.2, 0.01), (step, -0.6, 0.0)) for step in np.linspace(-1, 1, 60)]
+    bars = solids.joined(*[solids.TriangleMesh(one.vertices, one.faces[2:]) for one in boxes])
+    monkeypatch.setattr(contours, "views_at_a_time", lambda views: 1 if views == 1 else 4)
+    for count in (1, 6):
+        views = looks(count, 1200)
+        views[0, 0, :3], views[0, 1, :3] = [598.0, 58.0, 0.0], [-58.0, 598.0, 0.0]
+        found, expected, table = both(bars, views, 1200, 1200)
+        np.testing.assert_array_equal(found, expected)
+        assert table.open > 0
+        edges = expected[0] ^ (expected[0] << np.uint64(1))
+        assert np.bitwise_count(edges).sum() > contours._LISTED
+
+
 def test_the_order_of_triangles_and_vertices_does_not_matter():
     views, generator = looks(9, 40), np.random.default_rng(0)
     order, places = (
@@ -186,9 +201,9 @@ def test_the_share_of_the_contour_is_that_of_random_views():
 @pytest.mark.parametrize(
     ("open_edges", "contour", "pixels", "expected"),
     [
-        (0, 0.5, 100, True), (0, 0.51, 100, False),  # either side shows all of a closed mesh
-        (2, 0.19, 100, True), (2, 0.21, 100, False),  # of an open one both have to be drawn
-        (0, 0.19, 10, True), (0, 0.21, 10, False),  # most triangles lie between pixels
+        (0, 0.29, 100, True), (0, 0.31, 100, False),
+        (2, 0.14, 100, True), (2, 0.16, 100, False),  # open ones are listed once, or twice
+        (0, 0.16, 10, True), (0, 0.18, 10, False),  # most triangles lie between pixels
         (0, float("nan"), 100, False),  # areas are beyond float32
     ],
 )  # fmt: skip

@@ -73,7 +73,7 @@ class EdgeTable:
     def pays(self, pixels: int) -> bool:
         """Whether so few edges are listed in a picture of so many pixels that it is drawn sooner
         than by triangles, most of which lie between pixels where these are few."""
-        listed = self.contour + 1.5 * self.open / len(self.edges)  # half of these on one side
+        listed = self.contour + 1.5 * self.open / len(self.edges)  # those that face it twice
         return listed <= _MOST_LISTED * math.pow(min(pixels / len(self.faces), 1.0), _CROWDED)
 
     @property

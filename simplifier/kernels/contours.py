@@ -538,8 +538,7 @@ def draw_contours(
         fill_sides(planes, axes[first:last], front, back)
         unsure[:] = False
         if sides == 2:
-            for face in range(len(faces)):
-                back[face] |= front[face]
+            back |= front
             _draw_both_sides(
                 vertices, edges, front, back, views, (lists, others), (used, others_used), unsure,
                 counts, pictures,
@@ -569,25 +568,19 @@ def _draw_both_sides(
     front, less what the edges of all together count.  Few of these do not cancel: open ones, and
     those of triangles that are edge-on.
     """
-    views = len(projections)
-    straight, turned = np.zeros(views, np.bool_), np.ones(views, np.bool_)
-    list_crossings(
-        vertices, edges, front, 0, views, projections, straight, lists[0], used[0], unsure,
-        counts[0],
-    )  # fmt: skip
-    list_crossings(
-        vertices, edges, either, 0, views, projections, turned, lists[1], used[1], unsure,
-        counts[1],
-    )  # fmt: skip
+    views, bits = len(projections), (front, either)
+    turned = np.zeros(views, np.bool_), np.ones(views, np.bool_)
+    for part in range(2):
+        list_crossings(
+            vertices, edges, bits[part], 0, views, projections, turned[part], lists[part],
+            used[part], unsure, counts[part],
+        )  # fmt: skip
     for view in range(views):
-        _count_listed(
-            vertices, edges, front, view, projections, straight, lists[0], used[0], unsure,
-            counts[0],
-        )  # fmt: skip
-        _count_listed(
-            vertices, edges, either, view, projections, turned, lists[1], used[1], unsure,
-            counts[1],
-        )  # fmt: skip
+        for part in range(2):
+            _count_listed(
+                vertices, edges, bits[part], view, projections, turned[part], lists[part],
+                used[part], unsure, counts[part],
+            )  # fmt: skip
         cover_either(counts, masks[view])
 
 

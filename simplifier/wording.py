@@ -7,7 +7,6 @@ as if it reached it.  Differences, times and lengths are rounded to the nearest.
 from __future__ import annotations
 
 import math
-import statistics
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -67,6 +66,8 @@ def points(difference: float) -> str:
 
 def median_points(differences: Sequence[float]) -> str:
     """``"+3.2 (-0.1 to +4.0)"``: the median in points, with the range where there is one."""
+    import statistics  # whose fractions every command would load
+
     middle = signed_points(statistics.median(differences))
     low, high = signed_points(min(differences)), signed_points(max(differences))
     return middle if low == high else f"{middle} ({low} to {high})"

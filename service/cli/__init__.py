@@ -1,5 +1,5 @@
-"""The commands that the service adds to ``occluder``: serve, submit and keys.
+"""The commands that the service adds to ``occluder``.
 
-They are found by the entry points of the group ``occluder.commands``, and import what they need
-when they run: ``occluder --help`` does not pay for a server.
+:mod:`service.cli.commands` lists them; each imports what it needs when it runs, so
+``occluder --help`` does not pay for a server.
 """

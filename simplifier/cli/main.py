@@ -7,9 +7,10 @@ adds the traceback.
 The commands of ``occluder``, each loaded when it is asked for, its own and those from outside.
 
 A package above this one adds a command by an entry point of the group :data:`COMMAND_GROUP`, whose
-name is the command's and whose object is a function as typer takes one, or a ``typer.Typer`` with
-commands of its own.  Nothing is imported for a command but what it needs: a server does not pay for
-numpy, and ``occluder simplify`` not for the server.
+name is the command's and whose object is a function as typer takes one, a ``typer.Typer`` with
+commands of its own, or a :class:`LazyCommand`, which says where either is.  Nothing is imported for
+a command but what it needs: a server does not pay for numpy, ``occluder simplify`` not for the
+server, and ``occluder --help`` for none of them.
 """
 
 from __future__ import annotations
@@ -19,9 +20,7 @@ import gc
 import signal
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cached_property, partial
-from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
@@ -29,6 +28,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from simplifier.cli.console import accept_any_text, count_bar, print_line
 from simplifier.cli.help import HELP_NAMES, help_settings, help_text
+from simplifier.cli.lazy import LazyCommand
 from simplifier.cli.running import INTERRUPTED
 from simplifier.errors import CommandError
 from simplifier.progress import show_compiling_by
@@ -39,58 +39,55 @@ if TYPE_CHECKING:
 
 COMMAND_GROUP = "occluder.commands"
 
-
-@dataclass(frozen=True)
-class Own:
-    """A command of this package: the file of this folder that has it, and how its help begins.
-
-    The help of ``occluder`` shows that of each; loading them for it would take half a second.
-    """
-
-    file: str
-    help: str
-
-    def load(self, name: str) -> Any:
-        module = import_module(f"simplifier.cli.{self.file}")
-        return getattr(module, name.replace("-", "_"))
-
-
 OWN = {
-    "simplify": Own(
-        "simplify", "Make an occluder from a mesh and report its precision and recall."
+    "simplify": LazyCommand(
+        "simplifier.cli.simplify:simplify",
+        "Make an occluder from a mesh and report its precision and recall.",
     ),
-    "evaluate": Own("evaluate", "Judge an occluder, made here or elsewhere, against its mesh."),
-    "tradeoff": Own(
-        "tradeoff",
+    "evaluate": LazyCommand(
+        "simplifier.cli.evaluate:evaluate",
+        "Judge an occluder, made here or elsewhere, against its mesh.",
+    ),
+    "tradeoff": LazyCommand(
+        "simplifier.cli.tradeoff:tradeoff",
         "Measure speed against accuracy over many settings: a table, a picture and a page.",
     ),
-    "path": Own(
-        "path", "Write cameras along a walk or a flight through a scene, to judge occluders along."
+    "path": LazyCommand(
+        "simplifier.cli.path:path",
+        "Write cameras along a walk or a flight through a scene, to judge occluders along.",
     ),
-    "scene": Own("scene", "Make a tree of occluders for a scene of many objects."),
-    "cull": Own(
-        "cull",
+    "scene": LazyCommand(
+        "simplifier.cli.scene:scene",
+        "Make a tree of occluders for a scene of many objects.",
+    ),
+    "cull": LazyCommand(
+        "simplifier.cli.cull:cull",
         "Judge the occluders of a scene along a camera path: what they hide, against the truth.",
     ),
-    "pvs": Own(
-        "pvs",
+    "pvs": LazyCommand(
+        "simplifier.cli.pvs:pvs",
         "Find which objects of a scene can be seen from each view cell, before run time.",
     ),
-    "pvs-show": Own(
-        "pvs", "Show what a file of visible sets holds, or what can be seen from a point."
+    "pvs-show": LazyCommand(
+        "simplifier.cli.pvs:pvs_show",
+        "Show what a file of visible sets holds, or what can be seen from a point.",
     ),
-    "pvs-check": Own(
-        "pvs",
+    "pvs-check": LazyCommand(
+        "simplifier.cli.pvs:pvs_check",
         "Check sets of visible objects against what is certainly seen from points in their cells.",
     ),
-    "build": Own(
-        "build", "Make the occluders of a manifest that are not current, and judge all of them."
+    "build": LazyCommand(
+        "simplifier.cli.build:build",
+        "Make the occluders of a manifest that are not current, and judge all of them.",
     ),
-    "watch": Own(
-        "watch",
+    "watch": LazyCommand(
+        "simplifier.cli.watch:watch",
         "Build a manifest, and again whenever a mesh or the manifest changes, until Ctrl-C.",
     ),
-    "warmup": Own("warmup", "Compile and cache the kernels, so that the next start need not."),
+    "warmup": LazyCommand(
+        "simplifier.cli.warmup:warmup",
+        "Compile and cache the kernels, so that the next start need not.",
+    ),
 }
 
 
@@ -112,7 +109,7 @@ class Catalogue(Mapping[str, Any]):
         own = OWN.get(name)
         if own is None:
             return _from_outside(self._outside[name])
-        return _command(name, own.load(name))
+        return _command(name, own.load())
 
     def listed(self, name: str) -> Any:
         """What the help of ``occluder`` shows: a command without its options, which take a while
@@ -190,11 +187,9 @@ def _first(text: str | None) -> str:
 def _from_outside(place: EntryPoint, *, listed: bool = False) -> Any:
     try:
         found = place.load()
-        if listed and not isinstance(found, typer.Typer):
-            return TyperCommand(place.name, help=help_text(found))
-        if listed and isinstance(found.info.help, str):
-            return TyperCommand(place.name, help=found.info.help)
-        return _command(place.name, found)
+        if listed and (text := _listed_help(found)) is not None:
+            return TyperCommand(place.name, help=text)
+        return _command(place.name, found.load() if isinstance(found, LazyCommand) else found)
     except Exception as error:
         package = place.dist.name if place.dist else place.module
         raise CommandError(
@@ -202,6 +197,15 @@ def _from_outside(place: EntryPoint, *, listed: bool = False) -> Any:
             where=f"command '{place.name}' of {package}",
             remedy=f"mend or remove {package}",
         ) from error
+
+
+def _listed_help(found: Any) -> str | None:
+    """The help of the object of an entry point; of an app, where it states one."""
+    if isinstance(found, LazyCommand):
+        return found.help
+    if not isinstance(found, typer.Typer):
+        return help_text(found)
+    return found.info.help if isinstance(found.info.help, str) else None
 
 
 def _command(name: str, found: Any) -> Any:

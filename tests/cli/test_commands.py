@@ -18,6 +18,8 @@ ENTRY_POINTS = """[occluder.commands]
 host = serving.commands:host
 badges = serving.badges:app
 broken = serving.nowhere:command
+later = serving.listed:later
+missing = serving.listed:missing
 simplify = serving.commands:thief
 """
 
@@ -54,6 +56,12 @@ def show() -> None:
     print("no badges")
 '''
 
+LISTED = """
+from simplifier.cli.lazy import LazyCommand
+later = LazyCommand("serving.commands:host", "Answer later.")
+missing = LazyCommand("serving.commands:guest", "Be missing.")
+"""
+
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
@@ -65,6 +73,7 @@ def path(tmp_path_factory):
         "serving/__init__.py": "",
         "serving/commands.py": COMMANDS,
         "serving/badges.py": BADGES,
+        "serving/listed.py": LISTED,
     }.items():
         (place / name).parent.mkdir(exist_ok=True)
         (place / name).write_text(text)
@@ -119,6 +128,19 @@ def test_one_that_is_broken_is_one_line(run):
     assert errors.count("\n") == 1
 
 
+def test_a_lazy_command_is_listed_by_its_words_and_runs_as_any_other(run):
+    _, output, _ = run("--help")
+    assert "Answer later." in output
+    assert run("later", "--port", "9") == (0, "serving is imported\nserved on 9\n", "")
+
+
+def test_a_lazy_command_that_is_missing_is_one_line(run):
+    status, output, errors = run("missing")
+    assert (status, output) == (1, "serving is imported\n")
+    assert errors.startswith("error: command 'missing' of planar-serving: cannot be loaded (Attr")
+    assert errors.count("\n") == 1
+
+
 def test_an_unknown_command_is_wrong_usage(run):
     status, _, errors = run("hosts")
     assert status == 2
@@ -163,18 +185,29 @@ def test_nothing_is_loaded_that_is_not_asked_for(path, tmp_path, arguments, foun
 
 @pytest.mark.parametrize("name", OWN)
 def test_the_list_says_of_a_command_what_its_own_help_says(name):
-    whole = inspect.cleandoc(OWN[name].load(name).__doc__)
+    whole = inspect.cleandoc(OWN[name].load().__doc__)
     assert " ".join(whole.partition("\n\n")[0].split()) == OWN[name].help
 
 
+LISTED_ALONE = """
+import sys
+from simplifier.cli.main import main
+sys.argv = ["occluder", "--help"]
+try:
+    main()
+finally:
+    print([name for name in ("numpy", "statistics") if name in sys.modules])
+    print([name for name in sys.modules if "service." in name])
+"""
+
+
 def test_the_list_loads_none_of_them():
-    code = "import sys; from simplifier.cli.main import main; sys.argv = ['occluder', '--help']\n" \
-           "try: main()\nfinally: print('numpy' in sys.modules)"  # fmt: skip
     done = subprocess.run(
-        [sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=True
-    )
+        [sys.executable, "-c", LISTED_ALONE],
+        env=environment(), capture_output=True, text=True, check=True,
+    )  # fmt: skip
     assert "pvs-check" in done.stdout
-    assert done.stdout.endswith("False\n")
+    assert done.stdout.endswith("[]\n['service.cli', 'service.cli.commands']\n")
 
 
 def test_a_line_needs_nothing_that_draws_tables():

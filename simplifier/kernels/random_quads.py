@@ -411,7 +411,8 @@ def _outside_pixels(
 def add_up_full(masks, columns, begin, end, areas):
     """Fill ``areas[begin:end]`` (V,) float64 as :func:`full_areas` does."""
     runs = np.empty((3, masks.shape[2]), np.uint64)
-    begun, starts, levels = np.empty((3, columns + 1), np.int64)
+    stacks = np.empty((3, columns + 1), np.int64)
+    begun, starts, levels = stacks[0], stacks[1], stacks[2]
     for view in range(begin, end):
         box = bounding_box(masks[view], columns)
         areas[view] = 0.0
@@ -430,7 +431,9 @@ def count_rectangles(originals, full, occluders, columns, begin, end, pixels):
     moments = np.empty((originals.shape[1] + 2, 3, columns + 1), np.int64)
     sums = np.empty((3, columns + 1), np.int64)
     runs = np.empty((3, originals.shape[2]), np.uint64)
-    begun, latest, starts, levels, youngest = np.empty((5, columns + 1), np.int64)
+    stacks = np.empty((5, columns + 1), np.int64)
+    begun, latest, starts = stacks[0], stacks[1], stacks[2]
+    levels, youngest = stacks[3], stacks[4]
     for view in range(begin, end):
         original = originals[view]
         occluder = occluders[view]

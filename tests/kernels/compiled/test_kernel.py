@@ -6,6 +6,7 @@ import ast
 import importlib
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +25,17 @@ def test_a_kernel_says_what_it_takes():
     assert score_images.__name__ == "score_images"
     assert score_images.__doc__
     assert str(score_images.signature) == "(uint64[:, :])"
+
+
+@pytest.mark.parametrize("name", kernel_files())
+def test_no_kernel_takes_a_new_array_apart_by_rows(name):
+    """As ``a, b = np.empty((2, n))``: no loop over such rows is vectorized, six times as long."""
+    path = Path(kernels.__path__[0]) / f"{name}.py"
+    for node in ast.walk(ast.parse(path.read_text())):
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Tuple):
+            made = ast.unparse(node.value)
+            is_new = made.startswith(("np.empty", "np.full", "np.ones", "np.zeros"))
+            assert not is_new, f"line {node.lineno}: index the rows of {made}"
 
 
 def test_in_tests_what_does_not_fit_is_an_error():

@@ -65,52 +65,41 @@ def list_offsets(outlines, width, counts, offsets):
         counts[phase] = count
 
 
-@kernel("int16[:, :], int64[:], float64[:, :], int64, int64, bool[:, :, :]")
-def mark_needed(places, live, frames, begin, end, needed):
-    """Set ``needed`` (a, s, s) of the lines of sight ``begin`` to ``end`` where a candidate lies,
-    and in the eight pixels around: what shows elsewhere tells :func:`count_sight` nothing.
-
-    ``places`` and ``live`` as there.
-    """
-    size = needed.shape[1]
+@inner_kernel
+def _place(voxels, first, count, frame, size, middles, phases, depths):
+    """Where ``count`` voxels from ``first`` on lie in a picture of ``size``: the pixel of their
+    centre, which of the 64 phases that is, and their depth.  Apart from the picture, so that it
+    runs eight at a time."""
     half = 0.5 * size
-    for line in range(begin, end):
-        needed[line] = False
-        f = frames[line]
-        for block in range(len(live)):
-            for one in range(block * BLOCK, block * BLOCK + live[block]):
-                x = places[one, 0] + 0.5 - f[9]
-                y = places[one, 1] + 0.5 - f[10]
-                z = places[one, 2] + 0.5 - f[11]
-                row = np.int64(f[0] * x + f[1] * y + f[2] * z + half)
-                column = np.int64(f[3] * x + f[4] * y + f[5] * z + half)
-                for near in range(row - 1, row + 2):
-                    needed[line, near, column - 1] = True
-                    needed[line, near, column] = True
-                    needed[line, near, column + 1] = True
+    f0, f1, f2, f3, f4, f5, f6, f7, f8, m0, m1, m2 = frame
+    xs, ys, zs = voxels[0, first:], voxels[1, first:], voxels[2, first:]
+    for one in range(count):
+        x, y, z = xs[one] + 0.5 - m0, ys[one] + 0.5 - m1, zs[one] + 0.5 - m2
+        u = f0 * x + f1 * y + f2 * z + half
+        v = f3 * x + f4 * y + f5 * z + half
+        depths[one] = f6 * x + f7 * y + f8 * z
+        row, column = np.int32(u), np.int32(v)
+        middles[one] = row * size + column
+        phases[one] = np.int32((u - row) * PHASES) * PHASES + np.int32((v - column) * PHASES)
 
 
-@kernel("int16[:, :], float64[:, :], bool[:, :, :], int64, int64, float32[:, :, :, :]")
-def draw_voxels(voxels, frames, needed, begin, end, depths):
+@kernel("int16[:, :], float64[:, :], int64, int64, float32[:, :, :, :]")
+def draw_voxels(voxels, frames, begin, end, depths):
     """Draw the lines of sight ``begin`` to ``end``: depths of the nearest and the farthest voxel.
 
     ``voxels``  (3, n) int16: i, j, k of each, whose centre is half a voxel further on.
     ``frames``  (a, 12) float64.
-    ``needed``  (a or more, s, s) bool: voxels with their centre in other pixels are left out.
     ``depths``  (a or more, s, s, 2) float32: nearest and farthest, voxels along d; infinite where
                 nothing is.  The two lie side by side, as both are written and read at once.
     """
     size = depths.shape[1]
-    half = 0.5 * size
     outlines = np.empty((PHASES, PHASES), np.int64)
     counts = np.empty(PHASES * PHASES, np.int64)
     offsets = np.empty((PHASES * PHASES, 9), np.int64)
-    middles, phases = np.empty((2, BLOCK), np.int32)
+    middles, phases = np.empty(BLOCK, np.int32), np.empty(BLOCK, np.int32)
     own = np.empty(BLOCK, np.float32)
     for line in range(begin, end):
-        frame, wanted = frames[line], needed[line].reshape(-1)
-        f0, f1, f2, f3, f4, f5, f6, f7, f8, m0, m1, m2 = frame
-        fill_outlines(frame, outlines)
+        fill_outlines(frames[line], outlines)
         list_offsets(outlines, size, counts, offsets)
         picture = depths[line].reshape(-1, 2)
         for pixel in range(len(picture)):
@@ -118,26 +107,80 @@ def draw_voxels(voxels, frames, needed, begin, end, depths):
             picture[pixel, 1] = -np.inf
         for first in range(0, voxels.shape[1], BLOCK):
             there = min(BLOCK, voxels.shape[1] - first)
-            for one in range(there):  # apart from the picture, so that it runs eight at a time
-                x = voxels[0, first + one] + 0.5 - m0
-                y = voxels[1, first + one] + 0.5 - m1
-                z = voxels[2, first + one] + 0.5 - m2
-                u = f0 * x + f1 * y + f2 * z + half
-                v = f3 * x + f4 * y + f5 * z + half
-                own[one] = f6 * x + f7 * y + f8 * z
-                row, column = np.int32(u), np.int32(v)
-                middles[one] = row * size + column
-                phases[one] = np.int32((u - row) * PHASES) * PHASES + np.int32(
-                    (v - column) * PHASES
-                )
+            _place(voxels, first, there, frames[line], size, middles, phases, own)
             for one in range(there):
                 middle, phase = np.int64(middles[one]), phases[one]
-                if not wanted[middle]:
-                    continue
                 for offset in range(counts[phase]):
                     pixel = np.uint64(middle + offsets[phase, offset])
                     picture[pixel, 0] = min(picture[pixel, 0], own[one])
                     picture[pixel, 1] = max(picture[pixel, 1], own[one])
+
+
+@kernel("int16[:, :], int16[:, :], float64[:, :], uint8[:, :], int64, int64, int64, uint8[:, :]")
+def count_few(voxels, places, frames, senses, size, begin, end, sides):
+    """Find from how many sides each of a few candidates is seen in the lines ``begin`` to ``end``.
+
+    ``voxels``, ``frames`` as for :func:`draw_voxels`, ``senses`` as for :func:`count_sight`.
+    ``places``  (n, 3) int16 candidates.
+    ``size``    pixels a side of a picture.
+    ``sides``   (a, n) uint8, filled: 0 to 2 a line.
+
+    A picture is drawn only where a candidate lies, and looked at before the next one is.
+    """
+    half = 0.5 * size
+    outlines = np.empty((PHASES, PHASES), np.int64)
+    counts = np.empty(PHASES * PHASES, np.int64)
+    offsets = np.empty((PHASES * PHASES, 9), np.int64)
+    middles, phases = np.empty(BLOCK, np.int32), np.empty(BLOCK, np.int32)
+    own = np.empty(BLOCK, np.float32)
+    pixels, depths = np.empty(len(places), np.int64), np.empty(len(places))
+    nearby = np.empty(BLOCK + 1, np.int64)
+    picture = np.empty((size * size, 2), np.float32)
+    needed = np.zeros(size * size, np.bool_)
+    for line in range(begin, end):
+        f = frames[line]
+        fill_outlines(f, outlines)
+        list_offsets(outlines, size, counts, offsets)
+        for one in range(len(places)):
+            x = places[one, 0] + 0.5 - f[9]
+            y = places[one, 1] + 0.5 - f[10]
+            z = places[one, 2] + 0.5 - f[11]
+            row = np.int64(f[0] * x + f[1] * y + f[2] * z + half)
+            pixel = row * size + np.int64(f[3] * x + f[4] * y + f[5] * z + half)
+            pixels[one] = pixel
+            depths[one] = f[6] * x + f[7] * y + f[8] * z
+            picture[pixel, 0] = np.inf
+            picture[pixel, 1] = -np.inf
+            _set_around(needed, pixel, size, True)
+        for first in range(0, voxels.shape[1], BLOCK):
+            there = min(BLOCK, voxels.shape[1] - first)
+            _place(voxels, first, there, f, size, middles, phases, own)
+            kept = 0
+            for one in range(there):  # a list first: a processor guesses half of these wrong
+                nearby[kept] = one
+                kept += np.int64(needed[np.uint64(middles[one])])
+            for number in range(kept):
+                one = nearby[number]
+                middle, phase = np.int64(middles[one]), phases[one]
+                for offset in range(counts[phase]):
+                    pixel = np.uint64(middle + offsets[phase, offset])
+                    picture[pixel, 0] = min(picture[pixel, 0], own[one])
+                    picture[pixel, 1] = max(picture[pixel, 1], own[one])
+        along, against = np.int64(senses[line, 0]), np.int64(senses[line, 1])
+        for one in range(len(places)):
+            pixel = pixels[one]
+            sides[line, one] = along * (picture[pixel, 0] >= depths[one]) + against * (
+                picture[pixel, 1] <= depths[one]
+            )
+            _set_around(needed, pixel, size, False)
+
+
+@inline_kernel
+def _set_around(needed, pixel, size, value):
+    """Of a pixel and the eight around it: a voxel whose centre lies elsewhere does not show in
+    that pixel."""
+    for near in range(pixel - size, pixel + size + 1, size):
+        needed[near - 1], needed[near], needed[near + 1] = value, value, value
 
 
 @kernel("bool[:, :, :], int64[:], int64, int64, int16[:, :]")
@@ -168,10 +211,11 @@ def count_sight(places, frames, senses, depths, limit, begin, end, seen, live):
     ``live``    (blocks,) int64: how many of each block are left.
     """
     size = depths.shape[1]
-    half = 0.5 * size
+    half, width = 0.5 * size, np.int32(size)
     xs, ys, zs = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
-    own, pixels = np.empty(BLOCK), np.empty(BLOCK, np.int64)
-    sides = np.empty(BLOCK, np.int64)
+    own, pixels = np.empty(BLOCK), np.empty(BLOCK, np.int32)
+    near, far = np.empty(BLOCK, np.float32), np.empty(BLOCK, np.float32)
+    sides = np.empty(BLOCK, np.int32)
     for block in range(begin, end):
         first, count = block * BLOCK, live[block]
         for one in range(count):
@@ -181,7 +225,7 @@ def count_sight(places, frames, senses, depths, limit, begin, end, seen, live):
             sides[one] = seen[first + one]
         for line in range(len(frames)):
             picture = depths[line].reshape(-1, 2)
-            along, against = np.int64(senses[line, 0]), np.int64(senses[line, 1])
+            along, against = np.int32(senses[line, 0]), np.int32(senses[line, 1])
             f0, f1, f2 = frames[line, 0], frames[line, 1], frames[line, 2]
             f3, f4, f5 = frames[line, 3], frames[line, 4], frames[line, 5]
             f6, f7, f8 = frames[line, 6], frames[line, 7], frames[line, 8]
@@ -190,11 +234,13 @@ def count_sight(places, frames, senses, depths, limit, begin, end, seen, live):
                 u = f0 * x + f1 * y + f2 * z + half
                 v = f3 * x + f4 * y + f5 * z + half
                 own[one] = f6 * x + f7 * y + f8 * z
-                pixels[one] = np.int64(u) * size + np.int64(v)
+                pixels[one] = np.int32(u) * width + np.int32(v)
             for one in range(count):
                 pixel = np.uint64(pixels[one])
-                sides[one] += along * (picture[pixel, 0] >= own[one])
-                sides[one] += against * (picture[pixel, 1] <= own[one])
+                near[one], far[one] = picture[pixel, 0], picture[pixel, 1]
+            for one in range(count):
+                sides[one] += along * np.int32(near[one] >= own[one])
+                sides[one] += against * np.int32(far[one] <= own[one])
         kept = 0
         for one in range(count):
             if sides[one] <= limit:

@@ -20,10 +20,10 @@ from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.sight import (
     BLOCK,
     FRAME,
+    count_few,
     count_sight,
     draw_voxels,
     list_voxels,
-    mark_needed,
     mark_seen,
     picture_size,
 )
@@ -44,10 +44,12 @@ nearest two are 10.6 degrees apart.  A mesh that is turned by a quarter has the 
 """
 
 Looks = NDArray[np.uint8]
+Sides = NDArray[np.uint16]
 Places = NDArray[np.int16]
 
 _AT_ONCE = 8  # lines of sight between two looks at which voxels need more
-_FEW = 2  # times fewer voxels than hide: then only what lies behind or before them is drawn
+_FEW = 2  # times fewer voxels than hide: then only what lies behind or before them is drawn, and
+# all lines are looked along without a look at which need more
 _PLAIN = 96  # voxels along the longest edge up to which every voxel is looked at
 _CELL = 4  # voxels a side of the cells that finer grids are looked at in first
 
@@ -102,31 +104,56 @@ def few_see(
     voxels = np.ascontiguousarray(_shell(touched).T)
     size = picture_size(touched.shape)
     depths = np.empty((_AT_ONCE, size, size, 2), dtype=np.float32)
-    needed = np.ones((_AT_ONCE, size, size), dtype=np.bool_)
-    for first in range(0, len(frames), _AT_ONCE):
-        left = int(live.sum())
-        if left == 0:
-            break
+    first = 0
+    while first < len(frames) and live.any() and _FEW * int(live.sum()) >= voxels.shape[1]:
         some, looks = frames[first : first + _AT_ONCE], senses[first : first + _AT_ONCE]
-        few = _FEW * left < voxels.shape[1]
 
-        def draw(begin: int, end: int, some: FloatArray = some, few: bool = few) -> None:
-            if few:
-                mark_needed(places, live, some, begin, end, needed)
-            draw_voxels(voxels, some, needed, begin, end, depths)
+        def draw(begin: int, end: int, some: FloatArray = some) -> None:
+            draw_voxels(voxels, some, begin, end, depths)
 
         def count(begin: int, end: int, some: FloatArray = some, looks: Looks = looks) -> None:
             count_sight(places, some, looks, depths, limit, begin, end, seen, live)
 
         run_chunks(draw, len(some))
-        if few:  # so few are not worth a hand-over to another thread
-            count(0, len(live))
-        else:
-            run_chunks(count, len(live))
-    hardly = (np.arange(BLOCK) < live[:, None]).ravel()[: len(places)]
+        run_chunks(count, len(live))
+        first += len(some)
+    left = (np.arange(BLOCK) < live[:, None]).ravel()[: len(places)]
     hidden = np.zeros(touched.shape, dtype=np.bool_)
-    hidden[tuple(places[hardly].T)] = True
+    few = _still_hidden(
+        voxels, places[left], seen[left], frames[first:], senses[first:], limit, size
+    )
+    hidden[tuple(few.T)] = True
     return hidden
+
+
+def _still_hidden(
+    voxels: Places,
+    places: Places,
+    seen: Sides,
+    frames: FloatArray,
+    senses: Looks,
+    limit: int,
+    size: int,
+) -> Places:
+    """Of the few ``places`` (n, 3) those that are seen from no more sides than the limit, where
+    ``voxels`` (3, m) hide and so many see them already."""
+    at_once = _AT_ONCE
+    while len(frames) > 0 and len(places) > 0:
+        some, looks = frames[:at_once], senses[:at_once]
+        sides = np.empty((len(some), len(places)), dtype=np.uint8)
+
+        def count(
+            begin: int, end: int, some: FloatArray = some, looks: Looks = looks,
+            places: Places = places, sides: Looks = sides,
+        ) -> None:  # fmt: skip
+            count_few(voxels, places, some, looks, size, begin, end, sides)
+
+        run_chunks(count, len(some))
+        seen = seen + sides.sum(axis=0, dtype=np.uint16)
+        places, seen = places[seen <= limit], seen[seen <= limit]
+        frames, senses = frames[at_once:], senses[at_once:]
+        at_once *= 2  # ever fewer are taken out, and a round is a hand-over to another thread
+    return places
 
 
 def seen_from(touched: BoolArray, candidates: BoolArray, eyes: FloatArray) -> BoolArray:

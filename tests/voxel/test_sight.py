@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.solid import VoxelGrid
-from simplifier.kernels.sight import BLOCK, draw_voxels, mark_needed, picture_size
+from simplifier.kernels.sight import count_few, draw_voxels, picture_size
 from simplifier.voxel import sight
 from simplifier.voxel.fill import fill
 from simplifier.voxel.sight import few_see, fill_unseen, lines_of_sight, unseen
@@ -38,10 +38,6 @@ def inner(size, wall=1):
 
 def listed(marked):
     return np.argwhere(marked).astype(np.int16, order="C")
-
-
-def everywhere(depths):
-    return np.ones(depths.shape[:3], dtype=np.bool_)
 
 
 def shares_seen(touched, up, half=0.5):
@@ -129,7 +125,7 @@ def test_a_surface_has_no_pinholes():
     frames, _ = lines_of_sight(touched.shape, None)
     size = picture_size(touched.shape)
     depths = np.empty((len(frames), size, size, 2), dtype=np.float32)
-    draw_voxels(listed(touched).T.copy(), frames, everywhere(depths), 0, len(frames), depths)
+    draw_voxels(listed(touched).T.copy(), frames, 0, len(frames), depths)
     near, far = np.moveaxis(depths, -1, 0)
     corners = np.array(np.meshgrid(*3 * [[-4.5, 4.5]])).reshape(3, -1).T
     places = np.stack(np.meshgrid(*2 * [np.arange(size) + 0.5 - size / 2], indexing="ij"), axis=-1)
@@ -142,28 +138,29 @@ def test_a_surface_has_no_pinholes():
         assert np.isinf(near[line][away]).all()
 
 
-def test_what_is_needed_is_drawn_as_if_all_were():
-    """Behind and before the candidates, of which each block has but some left."""
+@pytest.mark.parametrize("count", [0, 1, 40])
+def test_few_candidates_are_seen_from_as_many_sides_as_whole_pictures_tell(count):
     touched, generator = box(20), np.random.default_rng(5)
-    frames, _ = lines_of_sight(touched.shape, None)
+    touched[4:9, 10, 2:4] = False
+    frames, senses = lines_of_sight(touched.shape, 1)
+    senses[::7] = 1
     size = picture_size(touched.shape)
-    places = generator.permutation(listed(~touched))
-    live = np.array([40, 1, *(0 for _ in range(2 * BLOCK, len(places) - BLOCK, BLOCK)), 3])
-    whole, some = np.empty((2, len(frames), size, size, 2), dtype=np.float32)
-    needed = everywhere(some)
-    mark_needed(places, live, frames, 0, len(frames), needed)
+    places = generator.permutation(listed(~touched))[:count]
     voxels = listed(touched).T.copy()
-    draw_voxels(voxels, frames, everywhere(whole), 0, len(frames), whole)
-    draw_voxels(voxels, frames, needed, 0, len(frames), some)
+    whole = np.empty((len(frames), size, size, 2), dtype=np.float32)
+    draw_voxels(voxels, frames, 0, len(frames), whole)
+    found = np.full((len(frames), count), 9, dtype=np.uint8)
+    middle = len(frames) // 3
+    for begin, end in ((middle, len(frames)), (0, middle)):
+        count_few(voxels, places, frames, senses, size, begin, end, found)
     for line, frame in enumerate(frames):
-        axes, middle = frame[:9].reshape(3, 3), frame[9:]
-        for block, count in enumerate(live):
-            candidates = places[BLOCK * block :][:count] + 0.5 - middle
-            rows, columns = (candidates @ axes[:2].T + size / 2).astype(int).T
-            assert needed[line, rows, columns].all()
-            np.testing.assert_array_equal(some[line, rows, columns], whole[line, rows, columns])
-    assert needed.mean() < 0.2
-    assert np.isinf(some[..., 0]).sum() > np.isinf(whole[..., 0]).sum()
+        axes, centre = frame[:9].reshape(3, 3), frame[9:]
+        rows, columns, depths = axes @ (places + 0.5 - centre).T + [[size / 2], [size / 2], [0.0]]
+        near, far = whole[line, rows.astype(int), columns.astype(int)].T
+        along, against = senses[line]
+        expected = along * (near >= depths) + against * (far <= depths)
+        np.testing.assert_array_equal(found[line], expected)
+    assert count == 0 or found.max() > 0
 
 
 def test_nothing_is_drawn_when_all_are_seen(monkeypatch):

@@ -13,7 +13,7 @@ from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, NOTHING, Overrides
 from simplifier.geometry.solid import Solid
-from simplifier.options.stages import ERROR_VOXELS, Options
+from simplifier.options.stages import ERROR_VOXELS, Options, fineness
 from simplifier.progress import Cancel, Deadline, Listener, Stopwatch
 from simplifier.slicing.flats import flat_directions
 from simplifier.steps.cut import (
@@ -83,7 +83,10 @@ def simplify_mesh(
     deadline = Deadline.after(options.time_limit)
     watch = Stopwatch(listener, cancel)
     # 1. Voxelize the mesh and fill what it encloses (section 4.1).
-    solid = solidify(mesh, options.solid, watch, overrides)
+    own = is_own_occluder(mesh, options.solid, left, overrides)
+    finely = options.marks_finely and left > 0 and not own and not overrides.open
+    size = fineness(options.solid.resolution) if finely else 1
+    solid = solidify(mesh, options.solid, watch, overrides, size)
     # Before refining, which uses up what a time limit leaves.
     warnings = solid_warnings(mesh, solid, options.solid, overrides) if warn else []
     warnings.extend(open_device(options.device).remarks)
@@ -91,7 +94,7 @@ def simplify_mesh(
     interrupted, bound = False, ERROR_VOXELS
     if left == 0:
         triangles = NOTHING
-    elif is_own_occluder(mesh, solid, left, overrides):
+    elif own:
         triangles = seen_triangles(mesh, solid)
         decisions.append(
             "The mesh has no more triangles than the budget, so it is its own occluder."

@@ -19,10 +19,12 @@ from simplifier.device import opengl_device
 from simplifier.device.choice import open_device
 from simplifier.errors import BackendUnavailableError, CancelledError
 from simplifier.geometry.mesh import TriangleMesh
+from simplifier.kernels.voxelize import mark_all_triangles
 from simplifier.options.stages import ERROR_VOXELS, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import STAGES, Stopwatch
 from simplifier.steps.solid import solidify
+from simplifier.voxel import room, voxelize
 from tests.conftest import ASSETS
 from tests.solids import box, joined, sphere, table
 
@@ -467,6 +469,22 @@ def test_a_solid_can_be_had_alone():
     assert diary.begun == ["voxelize", "fill"]
     assert solid.inside_fraction == 1.0
     assert solid.touched.count < solid.filled.count
+
+
+def test_triangles_are_marked_once(monkeypatch):
+    """In the voxels of the room, which are gone when there is one."""
+    marked, mark = [], mark_all_triangles
+
+    def marking(*arguments):
+        marked.append(arguments[-1].shape)
+        mark(*arguments)
+
+    for module in (room, voxelize):
+        monkeypatch.setattr(module, "mark_all_triangles", marking)
+    result = simplify_mesh(sphere(), make_options(2.0, preset="draft", moves=10, resolution=16))
+    assert marked == [(64, 64, 64)]
+    assert result.solid.touched.shape == (16, 16, 16)
+    assert result.solid.finer is None
 
 
 def test_opengl_does_as_well_as_the_sampler():

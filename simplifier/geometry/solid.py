@@ -39,6 +39,7 @@ class Solid:
                  inside is not asked.
     ``closed_by``  what closed the surface, in the order in which it was applied.
     ``opened``   voxels that viewers inside see, which would be inside without these.
+    ``finer``    what a triangle touches in the voxels of the room, until there is one.
     """
 
     touched: VoxelGrid
@@ -50,6 +51,7 @@ class Solid:
     open: bool = False
     inner: VoxelGrid | None = None
     opened: int = 0
+    finer: VoxelGrid | None = None
 
     @property
     def interior(self) -> VoxelGrid:

@@ -7,78 +7,87 @@ from __future__ import annotations
 
 import numpy as np
 
-from simplifier.kernels.compiled.kernel import inner_kernel, kernel
+from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 INTERIOR, SURFACE, NEVER = 0, 1, 255
 _UNKNOWN = 254  # until one side has reached it
 
 
-@kernel("bool[:, :, :], bool[:, :, :], int64, int64, uint8[:, :, :]")
-def sort_cells(touched, filled, begin, end, layers):
+@kernel("bool[:, :, :], bool[:, :, :], bool[:, :, :], int64, int64, int64, uint8[:, :, :]")
+def sort_cells(touched, filled, surface, around, begin, end, layers):
     """Give the voxels of the cell rows ``begin:end`` a layer where the cell tells it.
 
     ``touched``, ``filled``  (nx, ny, nz) bool cells.  In a touched cell the voxels that are not
     :data:`SURFACE` wait for :func:`take_sides`.
+    ``surface``  bool voxels that are touched, of the grid that lies ``around`` voxels within that
+    of ``layers`` on all sides; it may be the memory of ``layers``.
     """
     size = layers.shape[0] // touched.shape[0]
-    others, kept = np.empty((2, layers.shape[2]), np.uint8)
+    others = np.empty(layers.shape[2], np.uint8)
     for i in range(begin, end):
         for j in range(touched.shape[1]):
             for cell in range(touched.shape[2]):
                 known = INTERIOR if filled[i, j, cell] else NEVER
                 for z in range(cell * size, cell * size + size):
                     others[z] = _UNKNOWN if touched[i, j, cell] else known
-                    kept[z] = SURFACE if touched[i, j, cell] else NEVER
             for x in range(i * size, i * size + size):
                 for y in range(j * size, j * size + size):
-                    _keep(layers[x, y], kept, others)
+                    row, u, v = layers[x, y], x - around, y - around
+                    if 0 <= u < surface.shape[0] and 0 <= v < surface.shape[1]:
+                        _sort_row(surface[u, v], others, around, row)
+                    else:
+                        _copy(others, row)
 
 
 @inner_kernel
-def _keep(row, kept, others):
-    """The voxels of a row that are what is kept there stay, all others change."""
+def _sort_row(surface, others, around, row):
+    """What waits is on the surface where that is set; the rest is as others have it."""
+    for z in range(around):
+        row[z] = others[z]
+    within, beside = row[around:], others[around:]
+    for z in range(len(surface)):
+        here, other = surface[z], beside[z]  # both in any case, so that many are looked at at once
+        within[z] = np.uint8(SURFACE) if here & (other == np.uint8(_UNKNOWN)) else other
+    for z in range(around + len(surface), len(row)):
+        row[z] = others[z]
+
+
+@inner_kernel
+def _copy(values, row):
     for z in range(len(row)):
-        here, other = row[z], others[z]  # both in any case, so that many are looked at at once
-        row[z] = here if here == kept[z] else other
+        row[z] = values[z]
 
 
-@kernel("bool[:, :, :], uint8[:, :, :]")
-def take_sides(touched, layers):
-    """Give each voxel that waits the side, inside or out, that reaches it first; inside if none.
+@kernel("bool[:, :, :], bool[:, :, :], uint8[:, :, :]")
+def take_sides(touched, filled, layers):
+    """Give each voxel that waits the side, inside or out, that reaches it first.
 
     Both sides spread across voxels that the surface does not touch, a step at a time.  A closed
-    surface keeps them apart; by a hole they meet half-way between.  No cell on the border of
-    ``touched`` may be set, so that every voxel that waits has six neighbours.
+    surface keeps them apart; by a hole they meet half-way between.  What neither reaches is left to
+    :func:`fill_rest`.  No cell on the border of ``touched`` may be set, so that every voxel that
+    waits has six neighbours.
     """
     size = layers.shape[0] // touched.shape[0]
     flat = layers.reshape(-1)
     row, plane = layers.shape[2], layers.shape[1] * layers.shape[2]
     steps = (plane, -plane, row, -row, 1, -1)
-    corners = _first_voxels(touched, size, row, plane)
-    total = 0
-    for corner in corners:
-        for x in range(0, size * plane, plane):
-            for place in range(corner + x, corner + x + size * row, row):
-                for index in range(place, place + size):
-                    total += flat[index] == _UNKNOWN
-    front = np.empty(total, np.int32)
+    front = np.empty(np.sum(touched) * size**3, np.int32)
     # First those beside a cell that is known: all of them, before any has got its side.
-    sides = np.empty(total, np.uint8)
+    sides = np.empty(len(front), np.uint8)
     ends = 0
-    for corner in corners:
-        for x in range(0, size * plane, plane):
-            for place in range(corner + x, corner + x + size * row, row):
-                for index in range(place, place + size):
-                    if flat[index] != _UNKNOWN:
-                        continue
-                    side = _UNKNOWN
-                    for step in steps:
-                        other = flat[index + step]
-                        if other in (INTERIOR, NEVER):
-                            side = other
-                    if side != _UNKNOWN:
-                        front[ends], sides[ends] = index, side
-                        ends += 1
+    for i in range(touched.shape[0]):
+        for j in range(touched.shape[1]):
+            for k in range(touched.shape[2]):
+                if not touched[i, j, k]:
+                    continue
+                beside = (
+                    _known(touched, filled, i + 1, j, k), _known(touched, filled, i - 1, j, k),
+                    _known(touched, filled, i, j + 1, k), _known(touched, filled, i, j - 1, k),
+                    _known(touched, filled, i, j, k + 1), _known(touched, filled, i, j, k - 1),
+                )  # fmt: skip
+                if min(beside) != _UNKNOWN or max(beside) != _UNKNOWN:
+                    corner = size * (i * plane + j * row + k)
+                    ends = _take_faces(flat, corner, size, steps, beside, front, sides, ends)
     for number in range(ends):
         flat[front[number]] = sides[number]
     done = 0
@@ -91,28 +100,59 @@ def take_sides(touched, layers):
                 flat[place + step] = side
                 front[ends] = place + step
                 ends += 1
-    if ends == total:
-        return
-    for corner in corners:
-        for x in range(0, size * plane, plane):
-            for place in range(corner + x, corner + x + size * row, row):
-                for index in range(place, place + size):
-                    if flat[index] == _UNKNOWN:
-                        flat[index] = INTERIOR
+
+
+@inline_kernel
+def _known(touched, filled, i, j, k):
+    """The layer of the voxels of a cell, where the cell tells it."""
+    if touched[i, j, k]:
+        return _UNKNOWN
+    return INTERIOR if filled[i, j, k] else NEVER
 
 
 @inner_kernel
-def _first_voxels(touched, size, row, plane):
-    """(n,) int64 flat indices of the lowest voxels of touched cells; see :func:`take_sides`."""
-    corners = np.empty(np.sum(touched), np.int64)
-    count = 0
-    for i in range(touched.shape[0]):
+def _take_faces(flat, corner, size, steps, beside, front, sides, ends):
+    """Add the voxels of a cell that wait beside a known one, and the side of the last such; see
+    :func:`take_sides`, of which ``ends`` is how many there are."""
+    last = size - 1
+    for x in range(size):
+        for y in range(size):
+            for z in range(size):
+                index = corner + x * steps[0] + y * steps[2] + z
+                side = _UNKNOWN
+                if x == last and beside[0] != _UNKNOWN:
+                    side = beside[0]
+                if x == 0 and beside[1] != _UNKNOWN:
+                    side = beside[1]
+                if y == last and beside[2] != _UNKNOWN:
+                    side = beside[2]
+                if y == 0 and beside[3] != _UNKNOWN:
+                    side = beside[3]
+                if z == last and beside[4] != _UNKNOWN:
+                    side = beside[4]
+                if z == 0 and beside[5] != _UNKNOWN:
+                    side = beside[5]
+                if side != _UNKNOWN and flat[index] == _UNKNOWN:
+                    front[ends], sides[ends] = index, side
+                    ends += 1
+    return ends
+
+
+@kernel("bool[:, :, :], int64, int64, uint8[:, :, :]")
+def fill_rest(touched, begin, end, layers):
+    """Make the voxels of the cell rows ``begin:end`` inside that still wait."""
+    size = layers.shape[0] // touched.shape[0]
+    for i in range(begin, end):
         for j in range(touched.shape[1]):
             for k in range(touched.shape[2]):
-                if touched[i, j, k]:
-                    corners[count] = size * (i * plane + j * row + k)
-                    count += 1
-    return corners
+                if not touched[i, j, k]:
+                    continue
+                for x in range(i * size, i * size + size):
+                    for y in range(j * size, j * size + size):
+                        row = layers[x, y, k * size : k * size + size]
+                        for z in range(size):
+                            layer = row[z]
+                            row[z] = np.uint8(INTERIOR) if layer == np.uint8(_UNKNOWN) else layer
 
 
 @kernel("uint8[:, :, :], int64, int64, bool, int64")
@@ -127,7 +167,7 @@ def add_layer(layers, begin, end, corners, layer):
     """
     size, row = layers.shape[1] * layers.shape[2], layers.shape[2]
     flat = layers.reshape(-1)
-    one, two = np.full((2, size), NEVER, np.uint8)
+    one, two = np.full(size, NEVER, np.uint8), np.full(size, NEVER, np.uint8)
     value = np.uint8(layer)
     for x in range(max(begin, 1), min(end, layers.shape[0] - 1)):
         before, plane = flat[(x - 1) * size : x * size], flat[x * size : (x + 1) * size]
@@ -167,7 +207,7 @@ def sum_cells(layers, begin, end, least, most, shares):
     """
     size = layers.shape[0] // least.shape[0]
     # Down the rows of a row of cells first: that is done for many voxels at once.
-    lows, highs = np.empty((2, layers.shape[2]), np.uint8)
+    lows, highs = np.empty(layers.shape[2], np.uint8), np.empty(layers.shape[2], np.uint8)
     sums = np.empty(layers.shape[2], np.uint16)
     for i in range(begin, end):
         for j in range(least.shape[1]):

@@ -107,6 +107,25 @@ def _touches(sides, s, t, k):
     return _admit(sides[1], t, k) and _admit(sides[2], k, s)
 
 
+@inline_kernel
+def _mark_layer(p, q, r, low, high, strides, touched):
+    """As :func:`_mark_footprint`, of a box that is one voxel thick along its last axis.
+
+    The triangle lies between the two planes of that layer, so it touches the voxels whose squares
+    it touches as seen along that axis.
+    """
+    area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0])
+    sign = 1.0 if area > 0.0 else -1.0
+    edges = (
+        _edge(p[0], p[1], q[0], q[1], sign), _edge(q[0], q[1], r[0], r[1], sign),
+        _edge(r[0], r[1], p[0], p[1], sign),
+    )  # fmt: skip
+    for s in range(low[0], high[0] + 1):
+        for t in range(low[1], high[1] + 1):
+            if _admit(edges, s, t):
+                touched[s * strides[0] + t * strides[1] + low[2] * strides[2]] = True
+
+
 @inner_kernel
 def _mark_footprint(p, q, r, low, high, strides, touched):
     """Set the voxels of the box ``low`` to ``high`` that the triangle touches.
@@ -120,8 +139,9 @@ def _mark_footprint(p, q, r, low, high, strides, touched):
                 continue
             first, last = _column(sides, s, t, low[2], high[2])
             for k in range(first, last + 1):
-                if _touches(sides, s, t, k):
-                    touched[s * strides[0] + t * strides[1] + k * strides[2]] = True
+                place = s * strides[0] + t * strides[1] + k * strides[2]
+                if not touched[place] and _touches(sides, s, t, k):
+                    touched[place] = True
 
 
 @inner_kernel
@@ -242,15 +262,50 @@ def mark_triangles(vertices, faces, origin, scale, begin, end, touched):
         is_small = max(x1 - x0, y1 - y0, z1 - z0) <= 1
         if is_small and _all_corners(low, high, strides, flat):
             continue
-        if int(x0 == x1) + int(y0 == y1) + int(z0 == z1) >= 2:
+        thin = int(x0 == x1) + int(y0 == y1) + int(z0 == z1)
+        if thin >= 2:
             # One row of voxels: a connected set that spans the row's ends touches all of it.
             _mark_all(low, high, strides, flat)
+        elif thin == 1:
+            w = 0 if x0 == x1 else 1 if y0 == y1 else 2
+            _mark_layer(
+                _rotate(p, w), _rotate(q, w), _rotate(r, w),
+                _rotate(low, w), _rotate(high, w), _rotate(strides, w), flat,
+            )  # fmt: skip
         else:
             w = _dominant(p, q, r)
             _mark_footprint(
                 _rotate(p, w), _rotate(q, w), _rotate(r, w),
                 _rotate(low, w), _rotate(high, w), _rotate(strides, w), flat,
             )  # fmt: skip
+
+
+@kernel("bool[:, :, :], int64, int64, bool[:, :, :]")
+def mark_cells(voxels, begin, end, touched):
+    """Fill the rows ``begin:end`` of cells: one is touched where one of its voxels is.
+
+    ``voxels`` (k nx, k ny, k nz) bool, of which ``touched`` (nx, ny, nz) bool has k a cell along
+    each axis.
+    """
+    size = voxels.shape[0] // touched.shape[0]
+    row = np.empty(voxels.shape[2], np.bool_)
+    for i in range(begin, end):
+        for j in range(touched.shape[1]):
+            row[:] = False
+            for x in range(i * size, i * size + size):
+                for y in range(j * size, j * size + size):
+                    _add_marks(voxels[x, y], row)
+            for k in range(touched.shape[2]):
+                found = False
+                for z in range(k * size, k * size + size):
+                    found |= row[z]
+                touched[i, j, k] = found
+
+
+@inner_kernel
+def _add_marks(marks, row):
+    for z in range(len(row)):
+        row[z] |= marks[z]
 
 
 @inline_kernel

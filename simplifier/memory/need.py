@@ -122,6 +122,12 @@ def voxelize(shape: Shape) -> int:
     return math.prod(shape)
 
 
+def finer(shape: Shape, options: Options) -> int:
+    """What is touched in voxels of the room, from which the grid is made, until there is a room."""
+    size = fineness(max(shape)) if options.marks_finely else 1
+    return size**3 * math.prod(shape) if size > 1 else 0
+
+
 def fill(shape: Shape, options: SolidOptions, hole_voxels: float, shrink_voxels: float) -> int:
     """What is touched and the flood: free voxels, what is reached as bool and turned, as bits."""
     voxels = math.prod(shape)
@@ -203,6 +209,7 @@ def refine(size: MeshSize, shape: Shape, options: Options) -> int:
     inside = options.solid.wholly_inside and options.solid.shrink == 0.0
     if inside or (reach and options.fine_room):
         allowed, growing = _fine_room(shape, options)
+        growing += finer(shape, options)
     # Placed vertices, the cell of each, and a copy of the faces.
     placing = (_VERTEX + 4) * size.vertices + _FACE * size.triangles
     # Where there may be cracks: who is in each cell, where these begin, and who is on a border.

@@ -48,7 +48,7 @@ def simplifying(size: MeshSize, shape: Shape, cell_size: float, options: Options
         made["surface"] = solid + stages.surface(shape)
     made["sections"] = solid + stages.sections(shape, options.sections)
     made["refine"] = solid + stages.refine(size, shape, options)
-    before = solidifying(size, shape, cell_size, options)
+    before = solidifying(size, shape, cell_size, options).beside(stages.finer(shape, options))
     return before.joined(MemoryNeed(made).beside(size.held))
 
 

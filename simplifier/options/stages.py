@@ -261,6 +261,13 @@ class Options(OptionSet):
         return self.refine.overhang < 1.0 or self.error_bound is not None
 
     @property
+    def marks_finely(self) -> bool:
+        """Whether triangles are marked in the voxels of the room, and the solid is made of those,
+        where they are not too many to be held beside it."""
+        stays = self.solid.wholly_inside or self.solid.glue or self.refine.moves == 0
+        return self.fine_room and not stays
+
+    @property
     def bound_from_fine_interior(self) -> bool:
         """Whether the error bound counts from what is inside in voxels of the room."""
         return self.error_bound is not None or LITTLE_OVERHANG < self.refine.overhang < 1.0

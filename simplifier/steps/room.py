@@ -35,7 +35,6 @@ def open_room(
     an error bound was asked for.
     """
     regions = [one.region for one in overrides.open]
-    shape = solid.touched.shape
     if solid.reach > 0 and not regions:
         if options.refine.moves == 0:
             return None
@@ -44,7 +43,7 @@ def open_room(
     # What is cut from the core and stays as it is keeps to the core.
     moves = options.refine.moves > 0
     if solid.wholly_inside and moves and options.solid.shrink == 0.0 and not regions:
-        return make_room(mesh, solid, fineness(max(shape), inside=True))
+        return make_room(mesh, solid, fineness(options.solid.resolution, inside=True))
     bound, reach = 0.0 if solid.wholly_inside else ERROR_VOXELS, solid.reach
     if options.error_bound is not None and bound * solid.core.cell_size > options.error_bound:
         bound, reach = TOUCHED_VOXELS, 0
@@ -56,7 +55,7 @@ def _fine_room(mesh: TriangleMesh, solid: Solid, options: Options) -> Room:
 
     Past that one the bound counts from what is inside in voxels of the room.
     """
-    size, cell = fineness(max(solid.touched.shape)), solid.core.cell_size
+    size, cell = fineness(options.solid.resolution), solid.core.cell_size
     share = min(max((options.refine.overhang - LITTLE_OVERHANG) / _SPAN, 0.0), 1.0)
     room = make_room(mesh, solid, size, TOUCHED_VOXELS * (1.0 + share * (1.0 - 1.0 / size)))
     if not options.bound_from_fine_interior:
@@ -66,7 +65,9 @@ def _fine_room(mesh: TriangleMesh, solid: Solid, options: Options) -> Room:
 
 
 def with_inner(solid: Solid, room: Room | None) -> Solid:
-    """With the interior in the voxels of the room, where triangles keep to it or a bound counts."""
+    """With the interior in the voxels of the room, where triangles keep to it or a bound counts;
+    and without what the room was made of."""
+    solid = replace(solid, finer=None)
     if room is None or room.layers.shape == room.shape:
         return solid
     if not solid.wholly_inside and room.slack > 0.0:

@@ -17,7 +17,7 @@ from simplifier.voxel.fill import Side, enclose
 from simplifier.voxel.leaks import leak_warning, leaks
 from simplifier.voxel.morphology import glue_neighbours
 from simplifier.voxel.sight import fill_unseen, seen_from
-from simplifier.voxel.voxelize import voxelize
+from simplifier.voxel.voxelize import merged, voxelize_finely
 from simplifier.wording import count, length, percent
 
 _EYES = 256  # that stand for all who walk indoors
@@ -28,14 +28,19 @@ def solidify(
     options: SolidOptions,
     watch: Stopwatch,
     overrides: Overrides = NO_OVERRIDES,
+    size: int = 1,
 ) -> Solid:
     """The voxels that the mesh touches, what they enclose, and what of it is to be hidden in.
 
     The core is without the open regions, the filled solid is with them: the mesh is what it is.
+
+    ``size``  voxels of the room to a cell of the solid along each axis: where it is more than 1,
+    triangles are marked in those, and the solid's are merged of them.
     """
     regions = [one.region for one in overrides.open]
     with watch.stage("voxelize"):
-        touched = voxelize(mesh, options.resolution)
+        finer = voxelize_finely(mesh, options.resolution, size)
+        touched = merged(finer, size) if size > 1 else finer
         if options.glue and not options.wholly_inside:
             touched = glue_neighbours(touched)
     with watch.stage("fill"):
@@ -53,7 +58,10 @@ def solidify(
         filled, opened = filled.with_inside(filled.inside & ~seen), int(np.count_nonzero(seen))
         if not options.wholly_inside:
             hidden_in, reach = open_regions(filled, regions), 0 if options.glue else 1
-            return Solid(touched, filled, hidden_in, reach, closed_by, opened=opened)
+            return Solid(
+                touched, filled, hidden_in, reach, closed_by, opened=opened,
+                finer=finer if size > 1 else None,
+            )  # fmt: skip
         shrink, lowest = touched.in_voxels(options.shrink), touched.to_grid(mesh.bounds[0])
         inner = open_regions(core(touched, filled, shrink, lowest, sides), regions)
         return Solid(

@@ -13,20 +13,23 @@ from simplifier.geometry.overrides import Overrides
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.kernels.soup_views import all_contained
+from simplifier.options.stages import SolidOptions
 from simplifier.voxel.fill import fill
 from simplifier.voxel.morphology import dilate
 
 _NEAR = 3  # voxels; in a groove of a surface the nearest free one may be two away
 
 
-def is_own_occluder(mesh: TriangleMesh, solid: Solid, budget: int, overrides: Overrides) -> bool:
+def is_own_occluder(
+    mesh: TriangleMesh, options: SolidOptions, budget: int, overrides: Overrides
+) -> bool:
     """Whether the mesh may be its own occluder: within the budget, and allowed to touch itself.
 
     Not where a person decided what hides: the mesh may reach into open regions, and beside drawn
     parts its own triangles may be wasted.
     """
     free = not overrides.drawn and not overrides.open
-    return free and len(mesh.faces) <= budget and not solid.wholly_inside
+    return free and len(mesh.faces) <= budget and not options.wholly_inside
 
 
 def seen_triangles(mesh: TriangleMesh, solid: Solid) -> FloatArray:

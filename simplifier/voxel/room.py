@@ -12,13 +12,8 @@ from numpy.typing import NDArray
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.overrides import Region
 from simplifier.geometry.room import INTERIOR, SURFACE, WHOLE, Room
-from simplifier.geometry.solid import Solid, VoxelGrid
-from simplifier.kernels.room import (
-    add_layer,
-    sort_cells,
-    sum_cells,
-    take_sides,
-)
+from simplifier.geometry.solid import BoolArray, Solid, VoxelGrid
+from simplifier.kernels.room import add_layer, fill_rest, sort_cells, sum_cells, take_sides
 from simplifier.kernels.threads import run_chunks
 from simplifier.kernels.voxelize import mark_all_triangles
 from simplifier.voxel.core import barred_voxels
@@ -58,12 +53,14 @@ def make_room(mesh: TriangleMesh, solid: Solid, size: int, far: float = math.sqr
     margin = math.ceil((len(reaches) - 2) / size) + 1
     touched = np.pad(solid.touched.inside, margin)
     filled = np.pad((solid.filled if solid.reach > 0 else solid.core).inside, margin)
-    layers = np.zeros([size * length for length in touched.shape], dtype=np.uint8)
-    origin = solid.touched.origin - margin * solid.touched.cell_size
-    scale, surface = size / solid.touched.cell_size, layers.view(np.bool_)
-    mark_all_triangles(mesh.vertices, mesh.faces, origin, scale, surface)
-    run_chunks(lambda begin, end: sort_cells(touched, filled, begin, end, layers), len(touched))
-    take_sides(touched, layers)
+    layers = np.empty([size * length for length in touched.shape], dtype=np.uint8)
+    surface, around = _surface(mesh, solid, size, margin, layers)
+    run_chunks(
+        lambda begin, end: sort_cells(touched, filled, surface, around, begin, end, layers),
+        len(touched),
+    )
+    take_sides(touched, filled, layers)
+    run_chunks(lambda begin, end: fill_rest(touched, begin, end, layers), len(touched))
     for layer in range(SURFACE + 1, len(reaches)):  # none where the solid is kept wholly inside
         _add_layer(layers, _STEPS[(layer - 2) % 3][0], layer)
     shares = np.empty(touched.shape, dtype=np.uint8)
@@ -74,6 +71,23 @@ def make_room(mesh: TriangleMesh, solid: Solid, size: int, far: float = math.sqr
     # A voxel of the solid lies in a cell that the surface touches, if not in one that is inside.
     slack = math.sqrt(3.0) * (1.0 - 1.0 / size)
     return Room(layers, least, most, shares, limit, tuple(reaches), float(margin), slack)
+
+
+def _surface(
+    mesh: TriangleMesh, solid: Solid, size: int, margin: int, layers: NDArray[np.uint8]
+) -> tuple[BoolArray, int]:
+    """The voxels that the surface touches, and how many the layers have around them.
+
+    They are known where the solid was made of them.  Else they are marked in the layers' memory.
+    """
+    known = solid.touched if size == 1 else solid.finer
+    if known is not None:
+        return known.inside, margin * size
+    origin = solid.touched.origin - margin * solid.touched.cell_size
+    layers[:] = 0
+    marks = layers.view(np.bool_)
+    mark_all_triangles(mesh.vertices, mesh.faces, origin, size / solid.touched.cell_size, marks)
+    return marks, 0
 
 
 def _add_layer(layers: NDArray[np.uint8], corners: bool, layer: int) -> None:

@@ -6,7 +6,8 @@ import numpy as np
 
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.solid import VoxelGrid, cells_of
-from simplifier.kernels.voxelize import mark_all_triangles
+from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.voxelize import mark_all_triangles, mark_cells
 
 
 def voxelize(mesh: TriangleMesh, resolution: int) -> VoxelGrid:
@@ -20,10 +21,22 @@ def voxelize(mesh: TriangleMesh, resolution: int) -> VoxelGrid:
     two voxels marks both, whatever the rounding.  Raises :class:`MeshError` for a mesh smaller
     than 1e-290 world units a voxel.
     """
+    return voxelize_finely(mesh, resolution, 1)
+
+
+def voxelize_finely(mesh: TriangleMesh, resolution: int, size: int) -> VoxelGrid:
+    """As :func:`voxelize`, with ``size`` (1 or more) voxels along each axis in place of one."""
     low, high = mesh.bounds
     cells, cell_size = cells_of(high - low, resolution)
     origin = low - (cells * cell_size - (high - low)) / 2.0
-    scale = 1.0 / cell_size
-    touched = np.zeros(tuple(cells), dtype=np.bool_)
-    mark_all_triangles(mesh.vertices, mesh.faces, origin, scale, touched)
-    return VoxelGrid(touched, origin, cell_size)
+    touched = np.zeros(tuple(size * cells), dtype=np.bool_)
+    mark_all_triangles(mesh.vertices, mesh.faces, origin, size / cell_size, touched)
+    return VoxelGrid(touched, origin, cell_size / size)
+
+
+def merged(voxels: VoxelGrid, size: int) -> VoxelGrid:
+    """A grid of which each voxel is ``size`` of these along each axis, touched where one of them
+    is; the number of voxels along each axis is a multiple of ``size``."""
+    cells = np.empty([length // size for length in voxels.shape], dtype=np.bool_)
+    run_chunks(lambda begin, end: mark_cells(voxels.inside, begin, end, cells), len(cells))
+    return VoxelGrid(cells, voxels.origin, voxels.cell_size * size)

@@ -10,7 +10,12 @@ from hypothesis import strategies as st
 from simplifier.geometry.room import Room
 from simplifier.kernels import voxelize
 from simplifier.kernels.soup_views import all_contained
-from simplifier.kernels.voxelize import is_contained, mark_all_triangles, mark_triangles
+from simplifier.kernels.voxelize import (
+    is_contained,
+    mark_all_triangles,
+    mark_cells,
+    mark_triangles,
+)
 
 SIZE, PARTS = 4, 8
 NEAR, OFF = 5e-10, 1e-7  # voxels: less than what counts as touching, and more
@@ -88,6 +93,7 @@ on_corners = triangles(0, SIZE).map(lambda t: tuple(tuple(PARTS * x for x in p) 
 @example(((9, 9, 9), (10, 9, 11), (9, 12, 9)))  # within a voxel
 @example(((9, 9, 1), (10, 9, 31), (9, 12, 17)))  # within a row
 @example(((9, 8, 1), (9, 8, 31), (9, 8, 17)))  # along the face between two rows
+@example(((6, 6, 9), (13, 6, 9), (6, 13, 10)))  # within a layer, and smaller than a voxel's face
 def test_every_voxel_that_it_touches_is_asked_for_and_no_other(corners):
     triangle, expected = np.array(corners) / PARTS, touched(corners)
     assert np.array_equal(marked([triangle]), expected)
@@ -97,6 +103,20 @@ def test_every_voxel_that_it_touches_is_asked_for_and_no_other(corners):
         missing[tuple(voxel)] = False
         assert not contained(triangle, missing)
         assert marked([triangle], before=missing).all()
+
+
+@given(st.integers(0, 2**32 - 1), st.tuples(*[st.integers(1, 3)] * 3), st.integers(1, 5))
+def test_a_cell_is_touched_where_one_of_its_voxels_is(seed, shape, size):
+    voxels = np.random.default_rng(seed).random([size * n for n in shape]) < 0.5 / size**3
+    blocks = voxels.reshape(shape[0], size, shape[1], size, shape[2], size).any(axis=(1, 3, 5))
+    found = np.ones((2, *shape), dtype=np.bool_)
+    mark_cells(voxels, 0, shape[0], found[0])
+    assert np.array_equal(found[0], blocks)
+    for row in range(shape[0]):  # other rows stay as they are
+        before = found[1].copy()
+        mark_cells(voxels, row, row + 1, found[1])
+        before[row] = blocks[row]
+        assert np.array_equal(found[1], before)
 
 
 @pytest.mark.parametrize("threads", ["1", "2"])

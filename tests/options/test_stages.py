@@ -290,3 +290,17 @@ def test_voxels_are_no_finer_than_pictures_tell():
     assert [fineness(n) for n in (8, 16, 32, 64, 100, 128, 256, 1024)] == [
         4, 4, 4, 4, 2, 2, 1, 1,
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("chosen", "finely"),
+    [
+        ({}, True),
+        ({"overhang": 1.0}, False),
+        ({"overhang": 1.0, "error_bound": 1.0}, True),
+        ({"moves": 0}, False),
+        ({"conservative": True}, False),
+    ],
+)
+def test_triangles_are_marked_in_the_voxels_of_the_room_where_there_is_one(chosen, finely):
+    assert make_options(10.0, **chosen).marks_finely is finely

@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
+from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.room import INTERIOR, NEVER, SURFACE, WHOLE
 from simplifier.options.stages import ERROR_VOXELS, SolidOptions
 from simplifier.progress import Stopwatch
@@ -26,6 +27,17 @@ SHAPES = {
 def room_of(mesh, resolution=12, size=4):
     solid = solidify(mesh, SolidOptions(resolution=resolution), Stopwatch())
     return solid, make_room(mesh, solid, size)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("size", [2, 3, 4])
+def test_what_was_marked_before_the_solid_makes_the_same_room(name, size):
+    solid, room = room_of(SHAPES[name], 12, size)
+    known = solidify(SHAPES[name], SolidOptions(resolution=12), Stopwatch(), size=size)
+    assert np.array_equal(known.filled.inside, solid.filled.inside)
+    assert known.finer.shape == tuple(size * length for length in solid.filled.shape)
+    nothing = TriangleMesh.from_soup(np.eye(3), [[0, 1, 2]])  # no triangle is marked any more
+    assert np.array_equal(make_room(nothing, known, size).layers, room.layers)
 
 
 def finely_touched(mesh, solid, room):

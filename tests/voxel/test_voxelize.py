@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from simplifier.errors import MeshError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.kernels.voxelize import mark_triangles
-from simplifier.voxel.voxelize import voxelize
+from simplifier.voxel.voxelize import merged, voxelize, voxelize_finely
 
 SIZE = 4
 TOLERANCE = Fraction(1, 10**8)  # the kernel promises 1e-9 and rounding
@@ -281,3 +281,18 @@ def test_real_mesh_every_surface_point_lies_in_a_marked_voxel(asset):
     i, j, k = np.clip(points.reshape(-1, 3).astype(np.int64), 0, np.array(grid.shape) - 1).T
     assert grid.inside[i, j, k].all()
     assert 0.02 < grid.inside.mean() < 0.2
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 60), st.integers(1, 9), st.integers(1, 8))
+def test_cells_are_those_of_which_a_voxel_is_touched(seed, count, resolution, size):
+    """Marked once in fine voxels, a mesh touches the cells that it touches when marked in these."""
+    mesh = random_mesh(seed, count)
+    finer, cells = voxelize_finely(mesh, resolution, size), voxelize(mesh, resolution)
+    found = merged(finer, size)
+    assert np.array_equal(found.inside, cells.inside)
+    assert (found.cell_size, found.shape) == (pytest.approx(cells.cell_size), cells.shape)
+    assert np.array_equal(found.origin, finer.origin)
+    nx, ny, nz = cells.shape
+    blocks = finer.inside.reshape(nx, size, ny, size, nz, size)
+    assert np.array_equal(blocks.any(axis=(1, 3, 5)), found.inside)

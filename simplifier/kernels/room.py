@@ -167,34 +167,56 @@ def add_layer(layers, begin, end, corners, layer):
     """
     size, row = layers.shape[1] * layers.shape[2], layers.shape[2]
     flat = layers.reshape(-1)
-    one, two = np.full(size, NEVER, np.uint8), np.full(size, NEVER, np.uint8)
+    lowest = np.full(size, NEVER, np.uint8)
     value = np.uint8(layer)
     for x in range(max(begin, 1), min(end, layers.shape[0] - 1)):
         before, plane = flat[(x - 1) * size : x * size], flat[x * size : (x + 1) * size]
         after = flat[(x + 1) * size : (x + 2) * size]
         if corners:
-            _lowest(before, plane, after, one)
-            _lowest(one, one[row:], one[2 * row :], two[row : size - row])
-            _lowest(two, two[1:], two[2:], one[1 : size - 1])
-            _set_free(one, one, value, plane)
+            _lowest_across(before, plane, after, lowest)
+            _set_near(lowest, row, value, plane)
         else:
-            _lowest(before, after, after, one)
-            _lowest(plane, plane[2 * row :], one[row:], two[row : size - row])
-            _lowest(plane, plane[2:], plane[2:], one[1 : size - 1])
-            _set_free(one, two, value, plane)
+            _lowest_beside(before, plane, after, row, lowest)
+            _set_free(lowest, value, plane)
 
 
 @inner_kernel
-def _lowest(a, b, c, lowest):
-    for i in range(len(lowest)):
-        lowest[i] = min(a[i], b[i], c[i])
-
-
-@inner_kernel
-def _set_free(one, two, value, plane):
-    """What is free, and where either of two rows is lower."""
+def _lowest_across(before, plane, after, lowest):
     for i in range(len(plane)):
-        beside = (plane[i] == np.uint8(NEVER)) & (min(one[i], two[i]) < value)
+        lowest[i] = min(before[i], plane[i], after[i])
+
+
+@inner_kernel
+def _set_near(lowest, row, value, plane):
+    """What is free and has a lower one among the nine around it, of which ``lowest`` tells."""
+    up, down = lowest[: len(plane) - 2 * row], lowest[2 * row :]
+    middle, free = lowest[row : len(plane) - row], plane[row : len(plane) - row]
+    for i in range(1, len(free) - 1):
+        least = min(up[i - 1], up[i], up[i + 1], middle[i - 1], middle[i], middle[i + 1])
+        least = min(least, down[i - 1], down[i], down[i + 1])
+        beside = (free[i] == np.uint8(NEVER)) & (least < value)
+        free[i] = value if beside else free[i]
+
+
+@inner_kernel
+def _lowest_beside(before, plane, after, row, lowest):
+    up, down, middle = (
+        plane[: len(plane) - 2 * row],
+        plane[2 * row :],
+        plane[row : len(plane) - row],
+    )
+    front, back = before[row : len(plane) - row], after[row : len(plane) - row]
+    within = lowest[row : len(plane) - row]
+    for i in range(1, len(middle) - 1):
+        least = min(front[i], back[i], up[i], down[i])
+        within[i] = min(least, middle[i - 1], middle[i + 1])
+
+
+@inner_kernel
+def _set_free(lowest, value, plane):
+    """What is free, and where one beside it is lower."""
+    for i in range(len(plane)):
+        beside = (plane[i] == np.uint8(NEVER)) & (lowest[i] < value)
         plane[i] = value if beside else plane[i]
 
 

@@ -82,7 +82,7 @@ def simplify_mesh(
     _check_left(left, options, overrides)
     deadline = Deadline.after(options.time_limit)
     watch = Stopwatch(listener, cancel)
-    # 1. Voxelize the mesh and fill what it encloses (section 4.1).
+    # 1. Voxelize the mesh and fill what it encloses (section 4.1), in the voxels of a room to come.
     own = is_own_occluder(mesh, options.solid, left, overrides)
     finely = options.marks_finely and left > 0 and not own and not overrides.open
     size = fineness(options.solid.resolution) if finely else 1

@@ -83,6 +83,15 @@ def _place(voxels, first, count, frame, size, middles, phases, depths):
         phases[one] = np.int32((u - row) * PHASES) * PHASES + np.int32((v - column) * PHASES)
 
 
+@inline_kernel
+def _show(picture, middle, depth, count, offsets):
+    """Draw a voxel: ``count`` pixels, so far from the one with its centre."""
+    for offset in range(count):
+        pixel = np.uint64(middle + offsets[offset])
+        picture[pixel, 0] = min(picture[pixel, 0], depth)
+        picture[pixel, 1] = max(picture[pixel, 1], depth)
+
+
 @kernel("int16[:, :], float64[:, :], int64, int64, float32[:, :, :, :]")
 def draw_voxels(voxels, frames, begin, end, depths):
     """Draw the lines of sight ``begin`` to ``end``: depths of the nearest and the farthest voxel.
@@ -109,11 +118,7 @@ def draw_voxels(voxels, frames, begin, end, depths):
             there = min(BLOCK, voxels.shape[1] - first)
             _place(voxels, first, there, frames[line], size, middles, phases, own)
             for one in range(there):
-                middle, phase = np.int64(middles[one]), phases[one]
-                for offset in range(counts[phase]):
-                    pixel = np.uint64(middle + offsets[phase, offset])
-                    picture[pixel, 0] = min(picture[pixel, 0], own[one])
-                    picture[pixel, 1] = max(picture[pixel, 1], own[one])
+                _show(picture, middles[one], own[one], counts[phases[one]], offsets[phases[one]])
 
 
 @kernel("int16[:, :], int16[:, :], float64[:, :], uint8[:, :], int64, int64, int64, uint8[:, :]")
@@ -161,11 +166,7 @@ def count_few(voxels, places, frames, senses, size, begin, end, sides):
                 kept += np.int64(needed[np.uint64(middles[one])])
             for number in range(kept):
                 one = nearby[number]
-                middle, phase = np.int64(middles[one]), phases[one]
-                for offset in range(counts[phase]):
-                    pixel = np.uint64(middle + offsets[phase, offset])
-                    picture[pixel, 0] = min(picture[pixel, 0], own[one])
-                    picture[pixel, 1] = max(picture[pixel, 1], own[one])
+                _show(picture, middles[one], own[one], counts[phases[one]], offsets[phases[one]])
         along, against = np.int64(senses[line, 0]), np.int64(senses[line, 1])
         for one in range(len(places)):
             pixel = pixels[one]

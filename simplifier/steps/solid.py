@@ -17,7 +17,7 @@ from simplifier.voxel.fill import Side, enclose
 from simplifier.voxel.leaks import leak_warning, leaks
 from simplifier.voxel.morphology import glue_neighbours
 from simplifier.voxel.sight import fill_unseen, seen_from
-from simplifier.voxel.voxelize import merged, voxelize_finely
+from simplifier.voxel.voxelize import voxelize_finely
 from simplifier.wording import count, length, percent
 
 _EYES = 256  # that stand for all who walk indoors
@@ -34,13 +34,12 @@ def solidify(
 
     The core is without the open regions, the filled solid is with them: the mesh is what it is.
 
-    ``size``  voxels of the room to a cell of the solid along each axis: where it is more than 1,
-    triangles are marked in those, and the solid's are merged of them.
+    ``size``  voxels of the room to a cell of the solid along each axis: where they are more than
+    one, triangles are marked in those alone, and kept until there is a room.
     """
     regions = [one.region for one in overrides.open]
     with watch.stage("voxelize"):
-        finer = voxelize_finely(mesh, options.resolution, size)
-        touched = merged(finer, size) if size > 1 else finer
+        touched, finer = voxelize_finely(mesh, options.resolution, size)
         if options.glue and not options.wholly_inside:
             touched = glue_neighbours(touched)
     with watch.stage("fill"):

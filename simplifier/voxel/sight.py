@@ -48,8 +48,7 @@ Sides = NDArray[np.uint16]
 Places = NDArray[np.int16]
 
 _AT_ONCE = 8  # lines of sight between two looks at which voxels need more
-_FEW = 2  # times fewer voxels than hide: then only what lies behind or before them is drawn, and
-# all lines are looked along without a look at which need more
+_FEW = 2  # times fewer voxels than hide: then only what lies behind or before them is drawn
 _PLAIN = 96  # voxels along the longest edge up to which every voxel is looked at
 _CELL = 4  # voxels a side of the cells that finer grids are looked at in first
 

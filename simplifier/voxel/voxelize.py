@@ -21,22 +21,22 @@ def voxelize(mesh: TriangleMesh, resolution: int) -> VoxelGrid:
     two voxels marks both, whatever the rounding.  Raises :class:`MeshError` for a mesh smaller
     than 1e-290 world units a voxel.
     """
-    return voxelize_finely(mesh, resolution, 1)
+    return voxelize_finely(mesh, resolution, 1)[0]
 
 
-def voxelize_finely(mesh: TriangleMesh, resolution: int, size: int) -> VoxelGrid:
-    """As :func:`voxelize`, with ``size`` (1 or more) voxels along each axis in place of one."""
+def voxelize_finely(mesh: TriangleMesh, resolution: int, size: int) -> tuple[VoxelGrid, VoxelGrid]:
+    """As :func:`voxelize`, in cells and in voxels, ``size`` (1 or more) of a cell along each axis.
+
+    Triangles are marked in the voxels alone: a cell is touched where one of its voxels is.
+    """
     low, high = mesh.bounds
-    cells, cell_size = cells_of(high - low, resolution)
-    origin = low - (cells * cell_size - (high - low)) / 2.0
-    touched = np.zeros(tuple(size * cells), dtype=np.bool_)
-    mark_all_triangles(mesh.vertices, mesh.faces, origin, size / cell_size, touched)
-    return VoxelGrid(touched, origin, cell_size / size)
-
-
-def merged(voxels: VoxelGrid, size: int) -> VoxelGrid:
-    """A grid of which each voxel is ``size`` of these along each axis, touched where one of them
-    is; the number of voxels along each axis is a multiple of ``size``."""
-    cells = np.empty([length // size for length in voxels.shape], dtype=np.bool_)
-    run_chunks(lambda begin, end: mark_cells(voxels.inside, begin, end, cells), len(cells))
-    return VoxelGrid(cells, voxels.origin, voxels.cell_size * size)
+    shape, cell_size = cells_of(high - low, resolution)
+    origin = low - (shape * cell_size - (high - low)) / 2.0
+    marks = np.zeros(tuple(size * shape), dtype=np.bool_)
+    mark_all_triangles(mesh.vertices, mesh.faces, origin, size / cell_size, marks)
+    voxels = VoxelGrid(marks, origin, cell_size / size)
+    if size == 1:
+        return voxels, voxels
+    cells = np.empty(tuple(shape), dtype=np.bool_)
+    run_chunks(lambda begin, end: mark_cells(marks, begin, end, cells), len(cells))
+    return VoxelGrid(cells, origin, cell_size), voxels

@@ -19,6 +19,9 @@ from tests.service.real import BOX
 LARGE = BOX + b"# " + random.Random(1).randbytes(2 << 20).hex().encode() + b"\n"
 MIB = 1 << 20
 
+_ANSWERS = 30  # at least: a machine that stands still for seconds is in few of them
+_SOON = 1.0  # seconds: who had to wait for slow clients would wait for hundreds of seconds
+
 
 class Slow:
     """A connection that sends, or takes, a byte each time that it has a turn."""
@@ -116,7 +119,7 @@ def test_others_are_answered_soon_and_memory_stays_bounded(server, count, second
     times, most = [], 0
     with slow_clients(serving, job_id, count) as slow:
         end = time.monotonic() + seconds
-        while time.monotonic() < end:
+        while time.monotonic() < end or len(times) < _ANSWERS:
             begin = time.monotonic()
             assert serving.job(job_id)["state"] == "succeeded"
             times.append(time.monotonic() - begin)
@@ -126,7 +129,7 @@ def test_others_are_answered_soon_and_memory_stays_bounded(server, count, second
         # What is no request yet is hung up on in the end.
         over = [one.is_over() for one in slow["idle"] + slow["headers"]]
     median = statistics.median(times)
-    assert median < 0.1
+    assert median < _SOON
     assert most < 200 * MIB
     assert all(over) or seconds < 30.0
     assert serving.end_of(serving.submit("# after"))["state"] == "succeeded"

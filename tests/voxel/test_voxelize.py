@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from simplifier.errors import MeshError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.kernels.voxelize import mark_triangles
-from simplifier.voxel.voxelize import merged, voxelize, voxelize_finely
+from simplifier.voxel.voxelize import voxelize, voxelize_finely
 
 SIZE = 4
 TOLERANCE = Fraction(1, 10**8)  # the kernel promises 1e-9 and rounding
@@ -288,11 +288,13 @@ def test_real_mesh_every_surface_point_lies_in_a_marked_voxel(asset):
 def test_cells_are_those_of_which_a_voxel_is_touched(seed, count, resolution, size):
     """Marked once in fine voxels, a mesh touches the cells that it touches when marked in these."""
     mesh = random_mesh(seed, count)
-    finer, cells = voxelize_finely(mesh, resolution, size), voxelize(mesh, resolution)
-    found = merged(finer, size)
-    assert np.array_equal(found.inside, cells.inside)
-    assert (found.cell_size, found.shape) == (pytest.approx(cells.cell_size), cells.shape)
-    assert np.array_equal(found.origin, finer.origin)
+    expected = voxelize(mesh, resolution)
+    cells, voxels = voxelize_finely(mesh, resolution, size)
+    assert np.array_equal(cells.inside, expected.inside)
+    assert cells.cell_size == expected.cell_size
+    assert np.array_equal(cells.origin, expected.origin)
+    assert np.array_equal(voxels.origin, expected.origin)
+    assert voxels.cell_size == pytest.approx(expected.cell_size / size)
     nx, ny, nz = cells.shape
-    blocks = finer.inside.reshape(nx, size, ny, size, nz, size)
-    assert np.array_equal(blocks.any(axis=(1, 3, 5)), found.inside)
+    blocks = voxels.inside.reshape(nx, size, ny, size, nz, size)
+    assert np.array_equal(blocks.any(axis=(1, 3, 5)), cells.inside)

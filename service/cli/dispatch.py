@@ -20,7 +20,7 @@ def dispatch(debug: Debug = False) -> None:
     """
 
     def run() -> int:
-        # Here, not above: 'occluder --help' need not have a database installed.
+        # Here, not above: 'occluder dispatch --help' need not have a database installed.
         from service.cli.dispatch_host import keep_dispatching
         from service.settings import unknown_settings
 

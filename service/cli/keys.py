@@ -231,7 +231,7 @@ def settings_of(data: Path | None) -> Settings:
 
     Raises :class:`~service.errors.SettingsError`.
     """
-    # Here, not above: 'occluder --help' need not have a database installed.
+    # Here, not above: 'occluder keys --help' need not have a database installed.
     from service.settings import read_settings
 
     settings = read_settings({"data": data})

@@ -16,7 +16,7 @@ def migrate(data: Data = None, debug: Debug = False) -> None:
     """
 
     def run() -> None:
-        # Here, not above: 'occluder --help' need not have a database installed.
+        # Here, not above: 'occluder migrate --help' need not have a database installed.
         from service.cli.keys import settings_of
         from service.storage.opening import migrate_database
         from service.webhooks.tenant_secrets import TenantSecrets

@@ -40,7 +40,7 @@ def serve(
     """
 
     def run() -> int:
-        # Here, not above: 'occluder --help' need not have a server installed.
+        # Here, not above: 'occluder serve --help' need not have a server installed.
         from service.cli.server import run_server
         from service.settings import read_settings, unknown_settings
 

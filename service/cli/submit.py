@@ -65,7 +65,7 @@ def submit(
     """
 
     def run() -> int:
-        # Here, not above: 'occluder --help' need not have a client installed.
+        # Here, not above: 'occluder submit --help' need not have a client installed.
         from service.cli.batch import submit_all
         from service.cli.mesh_submission import MeshSubmission
 

@@ -76,7 +76,7 @@ def verify(
     """
 
     def run() -> int:
-        # Here, not above: 'occluder --help' need not have a database installed.
+        # Here, not above: 'occluder verify --help' need not have a database installed.
         from service.settings import read_settings
         from service.storage.blobs.opening import open_inventory
         from service.storage.blobs.repair import Backup

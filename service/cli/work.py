@@ -42,7 +42,7 @@ def work(
     """
 
     def run() -> int:
-        # Here, not above: 'occluder --help' need not have a database installed.
+        # Here, not above: 'occluder work --help' need not have a database installed.
         from service.cli.worker_host import run_worker
         from service.settings import read_settings, unknown_settings
 

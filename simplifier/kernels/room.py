@@ -11,6 +11,7 @@ from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kern
 
 INTERIOR, SURFACE, NEVER = 0, 1, 255
 _UNKNOWN = 254  # until one side has reached it
+_NONE_KNOWN = (_UNKNOWN,) * 6  # of the cells around one
 
 
 @kernel("bool[:, :, :], bool[:, :, :], bool[:, :, :], int64, int64, int64, uint8[:, :, :]")
@@ -27,9 +28,9 @@ def sort_cells(touched, filled, surface, around, begin, end, layers):
     for i in range(begin, end):
         for j in range(touched.shape[1]):
             for cell in range(touched.shape[2]):
-                known = INTERIOR if filled[i, j, cell] else NEVER
+                known = _known(touched, filled, i, j, cell)
                 for z in range(cell * size, cell * size + size):
-                    others[z] = _UNKNOWN if touched[i, j, cell] else known
+                    others[z] = known
             for x in range(i * size, i * size + size):
                 for y in range(j * size, j * size + size):
                     row, u, v = layers[x, y], x - around, y - around
@@ -37,6 +38,14 @@ def sort_cells(touched, filled, surface, around, begin, end, layers):
                         _sort_row(surface[u, v], others, around, row)
                     else:
                         _copy(others, row)
+
+
+@inline_kernel
+def _known(touched, filled, i, j, k):
+    """The layer of the voxels of a cell, where the cell tells it."""
+    if touched[i, j, k]:
+        return _UNKNOWN
+    return INTERIOR if filled[i, j, k] else NEVER
 
 
 @inner_kernel
@@ -85,7 +94,7 @@ def take_sides(touched, filled, layers):
                     _known(touched, filled, i, j + 1, k), _known(touched, filled, i, j - 1, k),
                     _known(touched, filled, i, j, k + 1), _known(touched, filled, i, j, k - 1),
                 )  # fmt: skip
-                if min(beside) != _UNKNOWN or max(beside) != _UNKNOWN:
+                if beside != _NONE_KNOWN:
                     corner = size * (i * plane + j * row + k)
                     ends = _take_faces(flat, corner, size, steps, beside, front, sides, ends)
     for number in range(ends):
@@ -100,14 +109,6 @@ def take_sides(touched, filled, layers):
                 flat[place + step] = side
                 front[ends] = place + step
                 ends += 1
-
-
-@inline_kernel
-def _known(touched, filled, i, j, k):
-    """The layer of the voxels of a cell, where the cell tells it."""
-    if touched[i, j, k]:
-        return _UNKNOWN
-    return INTERIOR if filled[i, j, k] else NEVER
 
 
 @inner_kernel
@@ -194,8 +195,7 @@ def _set_near(lowest, row, value, plane):
     for i in range(1, len(free) - 1):
         least = min(up[i - 1], up[i], up[i + 1], middle[i - 1], middle[i], middle[i + 1])
         least = min(least, down[i - 1], down[i], down[i + 1])
-        beside = (free[i] == np.uint8(NEVER)) & (least < value)
-        free[i] = value if beside else free[i]
+        free[i] = _lowered(free[i], least, value)
 
 
 @inner_kernel
@@ -216,8 +216,13 @@ def _lowest_beside(before, plane, after, row, lowest):
 def _set_free(lowest, value, plane):
     """What is free, and where one beside it is lower."""
     for i in range(len(plane)):
-        beside = (plane[i] == np.uint8(NEVER)) & (lowest[i] < value)
-        plane[i] = value if beside else plane[i]
+        plane[i] = _lowered(plane[i], lowest[i], value)
+
+
+@inline_kernel
+def _lowered(layer, least, value):
+    """What a voxel becomes that has such a one beside it."""
+    return value if (layer == np.uint8(NEVER)) & (least < value) else layer
 
 
 @kernel("uint8[:, :, :], int64, int64, uint8[:, :, :], uint8[:, :, :], uint8[:, :, :]")

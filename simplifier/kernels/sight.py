@@ -126,40 +126,33 @@ def count_few(voxels, places, frames, senses, size, begin, end, sides):
     """Find from how many sides each of a few candidates is seen in the lines ``begin`` to ``end``.
 
     ``voxels``, ``frames`` as for :func:`draw_voxels`, ``senses`` as for :func:`count_sight`.
-    ``places``  (n, 3) int16 candidates.
+    ``places``  (3, n) int16 candidates.
     ``size``    pixels a side of a picture.
     ``sides``   (a, n) uint8, filled: 0 to 2 a line.
 
     A picture is drawn only where a candidate lies, and looked at before the next one is.
     """
-    half = 0.5 * size
     outlines = np.empty((PHASES, PHASES), np.int64)
     counts = np.empty(PHASES * PHASES, np.int64)
     offsets = np.empty((PHASES * PHASES, 9), np.int64)
     middles, phases = np.empty(BLOCK, np.int32), np.empty(BLOCK, np.int32)
-    own = np.empty(BLOCK, np.float32)
-    pixels, depths = np.empty(len(places), np.int64), np.empty(len(places))
+    own, few = np.empty(BLOCK, np.float32), places.shape[1]
+    pixels, unused, depths = np.empty(few, np.int32), np.empty(few, np.int32), np.empty(few)
     nearby = np.empty(BLOCK + 1, np.int64)
     picture = np.empty((size * size, 2), np.float32)
     needed = np.zeros(size * size, np.bool_)
     for line in range(begin, end):
-        f = frames[line]
-        fill_outlines(f, outlines)
+        fill_outlines(frames[line], outlines)
         list_offsets(outlines, size, counts, offsets)
-        for one in range(len(places)):
-            x = places[one, 0] + 0.5 - f[9]
-            y = places[one, 1] + 0.5 - f[10]
-            z = places[one, 2] + 0.5 - f[11]
-            row = np.int64(f[0] * x + f[1] * y + f[2] * z + half)
-            pixel = row * size + np.int64(f[3] * x + f[4] * y + f[5] * z + half)
-            pixels[one] = pixel
-            depths[one] = f[6] * x + f[7] * y + f[8] * z
+        _place(places, 0, few, frames[line], size, pixels, unused, depths)
+        for one in range(few):
+            pixel = np.int64(pixels[one])
             picture[pixel, 0] = np.inf
             picture[pixel, 1] = -np.inf
             _set_around(needed, pixel, size, True)
         for first in range(0, voxels.shape[1], BLOCK):
             there = min(BLOCK, voxels.shape[1] - first)
-            _place(voxels, first, there, f, size, middles, phases, own)
+            _place(voxels, first, there, frames[line], size, middles, phases, own)
             kept = 0
             for one in range(there):  # a list first: a processor guesses half of these wrong
                 nearby[kept] = one
@@ -168,8 +161,8 @@ def count_few(voxels, places, frames, senses, size, begin, end, sides):
                 one = nearby[number]
                 _show(picture, middles[one], own[one], counts[phases[one]], offsets[phases[one]])
         along, against = np.int64(senses[line, 0]), np.int64(senses[line, 1])
-        for one in range(len(places)):
-            pixel = pixels[one]
+        for one in range(few):
+            pixel = np.int64(pixels[one])
             sides[line, one] = along * (picture[pixel, 0] >= depths[one]) + against * (
                 picture[pixel, 1] <= depths[one]
             )

@@ -138,21 +138,24 @@ def _still_hidden(
     ``voxels`` (3, m) hide and so many see them already."""
     at_once = _AT_ONCE
     while len(frames) > 0 and len(places) > 0:
-        some, looks = frames[:at_once], senses[:at_once]
-        sides = np.empty((len(some), len(places)), dtype=np.uint8)
-
-        def count(
-            begin: int, end: int, some: FloatArray = some, looks: Looks = looks,
-            places: Places = places, sides: Looks = sides,
-        ) -> None:  # fmt: skip
-            count_few(voxels, places, some, looks, size, begin, end, sides)
-
-        run_chunks(count, len(some))
-        seen = seen + sides.sum(axis=0, dtype=np.uint16)
+        seen = seen + _sides_seen(voxels, places, frames[:at_once], senses[:at_once], size)
         places, seen = places[seen <= limit], seen[seen <= limit]
         frames, senses = frames[at_once:], senses[at_once:]
         at_once *= 2  # ever fewer are taken out, and a round is a hand-over to another thread
     return places
+
+
+def _sides_seen(
+    voxels: Places, places: Places, frames: FloatArray, senses: Looks, size: int
+) -> Sides:
+    """(n,) from how many sides each of a few places is seen in these lines of sight."""
+    sides = np.empty((len(frames), len(places)), dtype=np.uint8)
+    few = np.ascontiguousarray(places.T)
+    run_chunks(
+        lambda begin, end: count_few(voxels, few, frames, senses, size, begin, end, sides),
+        len(frames),
+    )
+    return np.asarray(sides.sum(axis=0, dtype=np.uint16))
 
 
 def seen_from(touched: BoolArray, candidates: BoolArray, eyes: FloatArray) -> BoolArray:

@@ -20,7 +20,6 @@ LARGE = BOX + b"# " + random.Random(1).randbytes(2 << 20).hex().encode() + b"\n"
 MIB = 1 << 20
 
 _ANSWERS = 30  # at least: a machine that stands still for seconds is in few of them
-_SOON = 1.0  # seconds: who had to wait for slow clients would wait for hundreds of seconds
 
 
 class Slow:
@@ -129,7 +128,7 @@ def test_others_are_answered_soon_and_memory_stays_bounded(server, count, second
         # What is no request yet is hung up on in the end.
         over = [one.is_over() for one in slow["idle"] + slow["headers"]]
     median = statistics.median(times)
-    assert median < _SOON
+    assert median < 0.1
     assert most < 200 * MIB
     assert all(over) or seconds < 30.0
     assert serving.end_of(serving.submit("# after"))["state"] == "succeeded"

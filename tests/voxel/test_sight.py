@@ -152,7 +152,7 @@ def test_few_candidates_are_seen_from_as_many_sides_as_whole_pictures_tell(count
     found = np.full((len(frames), count), 9, dtype=np.uint8)
     middle = len(frames) // 3
     for begin, end in ((middle, len(frames)), (0, middle)):
-        count_few(voxels, places, frames, senses, size, begin, end, found)
+        count_few(voxels, places.T.copy(), frames, senses, size, begin, end, found)
     for line, frame in enumerate(frames):
         axes, centre = frame[:9].reshape(3, 3), frame[9:]
         rows, columns, depths = axes @ (places + 0.5 - centre).T + [[size / 2], [size / 2], [0.0]]

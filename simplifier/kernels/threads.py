@@ -2,7 +2,8 @@
 
 Plain Python threads around ``nogil`` kernels instead of numba's ``prange``: the OpenMP layer dies
 after a fork, the workqueue layer aborts when two threads call in, and ``parallel=True`` triples the
-compile time.  The cost is about 50 microseconds a call and thread.
+compile time.  A start costs some 50 to 200 microseconds, so every thread starts the next one before
+a chunk, as long as there are more: work that is soon done never waits for sixteen starts.
 """
 
 from __future__ import annotations
@@ -58,19 +59,18 @@ def run_chunks(
     if tell is silent and (threads == 1 or most < 2):
         work(0, count)
         return
-    chunks = _Chunks(work, count, max(most, 1))
     watched = tell is not silent
-    helpers = [Thread(target=chunks.run) for _ in range(min(threads, max(most, 1)) - 1 + watched)]
+    chunks = _Chunks(work, count, max(most, 1), min(threads, max(most, 1)) - 1 + watched)
     try:
-        for helper in helpers:
-            helper.start()
         if watched:
-            _watch(chunks, helpers, tell)
+            chunks.start_helper()
+            _watch(chunks, tell)
         else:
             chunks.run()
     finally:
         chunks.stopped = True
-        for helper in helpers:
+        # Each comes behind the one that started it, which has done so when it ends.
+        for helper in chunks.helpers:
             if helper.ident is not None:
                 helper.join()
     if chunks.errors:
@@ -96,27 +96,40 @@ def run_each(make: Callable[[Given], Made], given: Sequence[Given]) -> list[Made
 class _Chunks:
     """A range in chunks, of which every thread takes the next.
 
-    ``done`` are the numbers of those that are, ``errors`` what others raised, by number.
+    ``done`` are the numbers of those that are, ``errors`` what others raised, by number, and
+    ``helpers`` the threads that were started, of ``most_helpers``.
     """
 
-    def __init__(self, work: Work, count: int, chunks: int) -> None:
+    def __init__(self, work: Work, count: int, chunks: int, most_helpers: int) -> None:
         self.stopped = False
         self.done: list[int] = []
         self.errors: list[tuple[int, BaseException]] = []
+        self.helpers: list[Thread] = []
         self._work = work
         self._edges = [count * i // chunks for i in range(chunks + 1)]
-        self._next = itertools.count()
+        # One step of the interpreter each, so no two threads get the same number.
+        self._next, self._hired = itertools.count(), itertools.count()
+        self._most_helpers = most_helpers
 
     def __len__(self) -> int:
         return len(self._edges) - 1
 
+    def start_helper(self) -> None:
+        """One more thread that runs this, if there may be more."""
+        if next(self._hired) < self._most_helpers:
+            helper = Thread(target=self.run)
+            self.helpers.append(helper)
+            helper.start()
+
     def run(self) -> None:
         """Work until nothing is left, or someone failed."""
         while not self.stopped:
-            index = next(self._next)  # one step of the interpreter, so no two get the same
+            index = next(self._next)
             if index >= len(self):
                 return
             try:
+                if index + 1 < len(self):
+                    self.start_helper()
                 self._work(*self._edges[index : index + 2])
                 self.done.append(index)
             except BaseException as error:
@@ -124,9 +137,9 @@ class _Chunks:
                 self.errors.append((index, error))
 
 
-def _watch(chunks: _Chunks, helpers: list[Thread], tell: TellShare) -> None:
+def _watch(chunks: _Chunks, tell: TellShare) -> None:
     """Tell while they run, until all are done or one has failed."""
-    for helper in helpers:
+    for helper in chunks.helpers:
         helper.join(_GLANCE)
         while helper.is_alive():
             tell(len(chunks.done) / len(chunks))

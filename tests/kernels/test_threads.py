@@ -51,6 +51,29 @@ def test_chunks_run_at_the_same_time(monkeypatch):
     run_chunks(lambda begin, end: together.wait(), 4, chunks_per_thread=1)
 
 
+def test_the_caller_works_as_soon_as_one_other_does(monkeypatch):
+    """On sixteen processors it waited for fifteen starts before: twice what small work takes."""
+    monkeypatch.setenv("OCCLUDER_THREADS", "16")
+    starters, begun = [], []
+    first_start = threading.Thread.start
+
+    def start(thread):
+        starters.append(threading.current_thread())
+        first_start(thread)
+
+    def work(begin, end):
+        begun.append((threading.current_thread(), starters.count(caller)))
+        time.sleep(0.01)
+
+    monkeypatch.setattr(threading.Thread, "start", start)
+    caller = threading.current_thread()
+    run_chunks(work, 64, chunks_per_thread=4)
+    assert next(starts for thread, starts in begun if thread is caller) == 1
+    assert len(starters) == 15
+    assert len({thread for thread, _ in begun}) == 16
+    assert set(starters) - {caller}
+
+
 def test_nothing_to_do(monkeypatch):
     for threads in ("1", "3"):
         monkeypatch.setenv("OCCLUDER_THREADS", threads)

@@ -221,6 +221,18 @@ class TriangleMesh:
         return found
 
     @cached_property
+    def radius(self) -> float:
+        """The largest distance of a vertex from the centre of the bounding box, world units."""
+        low, high = self.bounds
+        centre = low + (high - low) / 2.0
+        # In units of the box, so that squares neither overflow nor vanish; by column, for speed.
+        unit = float((high - low).max())
+        squares = np.zeros(len(self.vertices))
+        for axis in range(3):
+            squares += ((self.vertices[:, axis] - centre[axis]) / unit) ** 2
+        return float(np.sqrt(squares.max())) * unit
+
+    @cached_property
     def usual_reach(self) -> float:
         """:attr:`Reach.usual` of its triangles, world units."""
         return Reach.measure(self.vertices, self.faces).usual

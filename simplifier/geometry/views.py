@@ -25,13 +25,7 @@ class BoundingSphere:
     @classmethod
     def of(cls, mesh: TriangleMesh) -> BoundingSphere:
         low, high = mesh.bounds
-        centre = np.asarray(low + (high - low) / 2.0)
-        # In units of the box, so that squares neither overflow nor vanish; by column, for speed.
-        unit = float((high - low).max())
-        squares = np.zeros(len(mesh.vertices))
-        for axis in range(3):
-            squares += ((mesh.vertices[:, axis] - centre[axis]) / unit) ** 2
-        return cls(centre, float(np.sqrt(squares.max())) * unit)
+        return cls(np.asarray(low + (high - low) / 2.0), mesh.radius)
 
     def to_unit(self, points: FloatArray) -> FloatArray:
         """(n, 3) the same points where the sphere is the unit sphere, each axis contiguous.

@@ -1,4 +1,4 @@
-"""What each device takes for a report, for its pictures alone, and for the scores of candidates.
+"""What each device takes for a report, silhouettes, an occluder, and the scores of candidates.
 
 The renderer's name stands in each row: Mesa's llvmpipe is the processor in a card's place, and what
 it takes tells nothing of a card.  ``same`` says whether the result is the processor's to the bit.
@@ -10,6 +10,7 @@ import statistics
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +18,16 @@ from numpy.typing import NDArray
 import simplifier
 from bench.meshes import bumpy_sphere
 from bench.record import Row
-from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy, mask_blocks
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.front import measure_front
-from simplifier.accuracy.overhang import ACROSS, measure_overhang
+from simplifier.accuracy.overhang import measure_overhang
+from simplifier.accuracy.silhouette_views import SilhouetteViews
 from simplifier.device.choice import open_device
 from simplifier.device.device import PROCESSOR, Device
+from simplifier.device.remembering import remembering
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.views import random_directions
+from simplifier.options.simplify import DeviceChoice
 from simplifier.options.stages import make_options
 from simplifier.progress import Stopwatch
 from simplifier.selection.candidates import Candidates
@@ -33,6 +37,7 @@ from simplifier.steps.cut import build_chains, cut_sections, trace_outlines
 from simplifier.steps.solid import solidify
 
 _TRIANGLES = 100_000
+_IMAGE = 512  # pixels of the larger pictures
 
 Work = Callable[[Device], NDArray[np.generic]]
 
@@ -65,30 +70,36 @@ def _timed(work: Work, device: Device, repeats: int) -> tuple[NDArray[np.generic
 
 def _works(mesh: TriangleMesh) -> Mapping[str, Work]:
     few = simplifier.simplify(mesh, preset="draft", moves=0).occluder
-    options = AccuracyOptions()
-    lines = random_directions(options.views, options.seed)
+    views = AccuracyOptions().views
+    lines = random_directions(views, 0)
     candidates = _candidates(mesh)
 
-    def report(device: Device) -> NDArray[np.generic]:
-        accuracy = evaluate_accuracy(mesh, few, options, device=device)
+    def report(device: Device, image: int) -> NDArray[np.generic]:
+        drawing = remembering(device)
+        options = AccuracyOptions(image=image)
+        accuracy = evaluate_accuracy(mesh, few, options, directions=lines, device=drawing)
         shares = [
-            measure(mesh, few, lines, device) for measure in (measure_overhang, measure_front)
+            measure(mesh, few, lines, drawing) for measure in (measure_overhang, measure_front)
         ]
         return np.concatenate([accuracy.recall_by_view, *(one.by_view for one in shares)])
 
-    def pictures(device: Device) -> NDArray[np.generic]:
-        drawn = [
-            masks.sum(axis=(1, 2), dtype=np.uint64)
-            for image in (options.image, ACROSS)
-            for _, _, *shown in mask_blocks(mesh, [few], lines, image, device=device)
-            for masks in (shown[0], *shown[1])
-        ]
-        measure_front(mesh, few, lines, device)
+    def silhouettes(device: Device) -> NDArray[np.generic]:
+        drawn = SilhouetteViews.of(mesh, [few], lines, _IMAGE).masks(device, 0, views)
         return np.concatenate(drawn)
 
+    def best(device: Device) -> NDArray[np.generic]:
+        asked: DeviceChoice = "cpu" if device.name == PROCESSOR.name else "gpu"
+        return simplifier.simplify(mesh, preset="best", device=asked).occluder.vertices
+
     return {
-        f"report of {options.views} views, {_TRIANGLES:,} triangles": report,
-        "its pictures alone": pictures,
+        **{
+            f"report of {views} views of {image} pixels, {_TRIANGLES:,} triangles": partial(
+                report, image=image
+            )
+            for image in (AccuracyOptions().image, _IMAGE)
+        },
+        f"silhouettes of {_IMAGE} pixels, sent back": silhouettes,
+        "an occluder by preset best": best,
         f"scores of {len(candidates):,} candidates in {candidates.views} views": (
             lambda device: replace(candidates, device=device).full_gains()
         ),

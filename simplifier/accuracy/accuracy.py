@@ -25,29 +25,28 @@ lesser to the greater in each axis, both included.  With full(mask) = the whole 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from simplifier.accuracy.silhouette_views import SilhouetteViews
 from simplifier.accuracy.verdict import LEAST_COVERAGE
 from simplifier.checks import check_kind, check_whole
-from simplifier.device.device import PROCESSOR, Device
-from simplifier.errors import MeshError, OptionError
+from simplifier.device.device import PROCESSOR, Device, QuadSample
+from simplifier.errors import OptionError
 from simplifier.geometry.mesh import A_MESH, FloatArray, TriangleMesh
 from simplifier.geometry.occluder import AN_OCCLUDER, Occluder
 from simplifier.geometry.solid import BoolArray
-from simplifier.geometry.views import BoundingSphere, from_above, image_axes, random_directions
-from simplifier.kernels.coverage import MaskArray, unpack_masks
-from simplifier.kernels.random_quads import exact_quad_pixels, sample_quads
-from simplifier.kernels.threads import run_chunks
+from simplifier.geometry.views import from_above, random_directions
+from simplifier.kernels.coverage import unpack_masks
+from simplifier.kernels.random_quads import exact_quad_pixels, full_areas, mean_quad_areas
 from simplifier.options.fields import OptionSet, shared
 from simplifier.options.simplify import Axis, SimplifyOptions, Viewers
 
 QUANTILE_LEVELS = (0.0, 0.05, 0.25, 0.5, 0.75, 0.95, 1.0)
 """The shares of views that the report's quantiles stand for."""
-
-_BLOCK_BYTES = 1 << 26  # masks held at once, original and occluders together
 
 
 @dataclass(frozen=True)
@@ -173,14 +172,20 @@ def _measured(
     options: AccuracyOptions,
     device: Device,
 ) -> tuple[AccuracyReport, ...]:
-    pixels = np.zeros((len(occluders), len(lines), 3))
-    areas = np.zeros(len(lines))
-    blocks = mask_blocks(mesh, occluders, lines, options.image, device=device)
-    for first, last, original, masks in blocks:
-        areas[first:last] = mean_quad_areas(original)
-        for index, hidden in enumerate(masks):
-            pixels[index, first:last] = _quad_pixels(original, hidden, options, first)
-    return tuple(_report(one, areas, lines, options) for one in pixels)
+    views = SilhouetteViews.of(mesh, occluders, lines, options.image)
+
+    def count(first: int, last: int) -> tuple[FloatArray, FloatArray]:
+        if options.exact:
+            original, *hidden = views.masks(device, first, last)
+            full = full_areas(original, options.image)
+            pixels = [exact_quad_pixels(original, one, options.image, full) for one in hidden]
+            return mean_quad_areas(original), np.array(pixels).reshape(-1, last - first, 3)
+        sample = QuadSample(options.quads, options.seed, first)
+        return views.counted(partial(device.quad_pixels, sample=sample), first, last)
+
+    areas, pixels = zip(*(count(first, last) for first, last in views.blocks()), strict=True)
+    every = np.concatenate(areas)
+    return tuple(_report(one, every, lines, options) for one in np.concatenate(pixels, axis=1))
 
 
 def _report(
@@ -220,7 +225,8 @@ def view_masks(
     """
     check_whole("image", image, 8, 4096)
     lines = checked_directions(directions)
-    original, (hidden,) = _masks(mesh, [occluder], lines, image, image, device)
+    views = SilhouetteViews.of(mesh, [occluder], lines, image)
+    original, hidden = views.masks(device, 0, len(lines))
     return unpack_masks(original, image), unpack_masks(hidden, image)
 
 
@@ -230,68 +236,6 @@ def _sight(options: AccuracyOptions) -> FloatArray:
     if options.viewers == "above":
         directions = from_above(directions, "xyz".index(options.up))
     return directions
-
-
-def _quad_pixels(
-    original: MaskArray, hidden: MaskArray, options: AccuracyOptions, first_view: int
-) -> FloatArray:
-    if options.exact:
-        return exact_quad_pixels(original, hidden, options.image)
-    return sampled_quad_pixels(
-        original,
-        hidden,
-        options.image,
-        quads=options.quads,
-        seed=options.seed,
-        first_view=first_view,
-    )
-
-
-def mask_blocks(
-    mesh: TriangleMesh,
-    occluders: Sequence[Occluder],
-    directions: FloatArray,
-    image: int,
-    across: int | None = None,
-    device: Device = PROCESSOR,
-) -> Iterator[tuple[int, int, MaskArray, list[MaskArray]]]:
-    """(first, last, original, occluders) masks of views first .. last - 1, in bounded memory.
-
-    Bit rows of ``image`` x ``image`` pixels of :mod:`simplifier.kernels.coverage`.  ``across``  of
-    these pixels span the original's bounding sphere, all of them by default.  Raises
-    :class:`MeshError` when an occluder's arrays cannot be drawn.
-    """
-    bytes_per_view = (1 + len(occluders)) * image * 8 * -(-image // 64)
-    block = max(4, _BLOCK_BYTES // bytes_per_view)
-    for first in range(0, len(directions), block):
-        last = min(first + block, len(directions))
-        some = directions[first:last]
-        yield first, last, *_masks(mesh, occluders, some, image, across or image, device)
-
-
-def _masks(
-    mesh: TriangleMesh,
-    occluders: Sequence[Occluder],
-    directions: FloatArray,
-    image: int,
-    across: int,
-    device: Device,
-) -> tuple[MaskArray, list[MaskArray]]:
-    sphere = BoundingSphere.of(mesh)
-    projections = np.empty((len(directions), 2, 4))
-    projections[:, :, :3] = image_axes(directions)[:, :2] * (across / 2.0)
-    projections[:, :, 3] = image / 2.0
-
-    def silhouettes(item: TriangleMesh | Occluder) -> MaskArray:
-        unit = sphere.to_unit(item.vertices)
-        return device.coverage_masks(unit, item.faces, projections, image, image)
-
-    original = silhouettes(mesh)
-    try:
-        hidden = [silhouettes(occluder) for occluder in occluders]
-    except ValueError as error:
-        raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
-    return original, hidden
 
 
 def _share(right: FloatArray, other: FloatArray) -> FloatArray:
@@ -312,59 +256,3 @@ def checked_directions(directions: FloatArray) -> FloatArray:
             "a direction does not have length 1", where="directions", remedy="normalize them"
         )
     return lines
-
-
-def sampled_quad_pixels(
-    original: MaskArray,
-    occluder: MaskArray,
-    columns: int,
-    *,
-    quads: int,
-    seed: int,
-    first_view: int = 0,
-) -> FloatArray:
-    """(V, 3) float64: mean Nt, Pf and Nf of ``quads`` random quads a view, pixels a quad.
-
-    ``original``, ``occluder``  (V, rows, words) bit rows of :mod:`simplifier.kernels.coverage`.
-    ``seed``                    0 .. 2^64 - 1; a quad depends on (seed, view, number of the quad)
-                                alone, so neither threads nor blocks of views change the result:
-                                view i of the arrays is view ``first_view`` + i.
-    """
-    pixels = np.zeros((len(original), 3), dtype=np.int64)
-    run_chunks(
-        lambda begin, end: sample_quads(
-            original,
-            occluder,
-            columns,
-            quads,
-            np.uint64(seed),
-            np.uint64(first_view),
-            begin,
-            end,
-            pixels,
-        ),
-        len(original),
-    )
-    return np.asarray(pixels / quads)
-
-
-def mean_quad_areas(original: MaskArray) -> FloatArray:
-    """(V,) float64: pixels of a random quad of each view, filled or not; 0 where nothing shows.
-
-    ``original``  (V, rows, words) bit rows of :mod:`simplifier.kernels.coverage`.
-
-    Two corners drawn from n places are (n - 1 / n) / 3 apart in the mean.
-    """
-    rows = np.asarray(original.any(axis=2))
-    words = np.ascontiguousarray(np.bitwise_or.reduce(original, axis=1))
-    columns = np.unpackbits(words.astype("<u8").view(np.uint8), axis=1, bitorder="little")
-    return _mean_length(rows) * _mean_length(columns.astype(bool))
-
-
-def _mean_length(covered: BoolArray) -> FloatArray:
-    """(V,) of the places (V, n) from the first to the last that is covered."""
-    count = covered.shape[1]
-    first, last = covered.argmax(axis=1), count - 1 - covered[:, ::-1].argmax(axis=1)
-    places = np.where(covered.any(axis=1), last - first + 1, 0).astype(np.float64)
-    lengths = (places - 1.0 / np.maximum(places, 1.0)) / 3.0 + 1.0
-    return np.where(places > 0.0, lengths, 0.0)

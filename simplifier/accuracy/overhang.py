@@ -14,14 +14,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simplifier.accuracy.accuracy import checked_directions, mask_blocks
+from simplifier.accuracy.accuracy import checked_directions
+from simplifier.accuracy.silhouette_views import SilhouetteViews
 from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere, ViewShares
-from simplifier.kernels.coverage import MaskArray
-from simplifier.kernels.overhang import count_overhang, shares_beside
-from simplifier.kernels.threads import run_chunks
+from simplifier.kernels.overhang import shares_beside
 
 ACROSS = 512
 """Pixels across the original's bounding sphere."""
@@ -68,12 +67,9 @@ def measure_overhangs(
     lines = checked_directions(directions)
     sphere = BoundingSphere.of(mesh)
     image = max((_image_size(sphere.to_unit(one.vertices)) for one in occluders), default=ACROSS)
-    pixels = np.empty((len(occluders), len(lines), 2), dtype=np.int64)
-    farthest = np.empty((len(occluders), len(lines)), dtype=np.int64)
-    blocks = mask_blocks(mesh, occluders, lines, image, ACROSS, device)
-    for first, last, original, masks in blocks:
-        for index, hidden in enumerate(masks):
-            _count(original, hidden, image, pixels[index, first:last], farthest[index, first:last])
+    views = SilhouetteViews.of(mesh, occluders, lines, image, ACROSS)
+    counted = [views.counted(device.overhang_pixels, *block) for block in views.blocks()]
+    pixels, farthest = (np.concatenate(one, axis=1) for one in zip(*counted, strict=True))
     pixel = 2.0 * sphere.radius / ACROSS
     return tuple(
         Overhang(shares_beside(*beside.T), lines, math.sqrt(max(int(far.max()), 0)) * pixel)
@@ -86,16 +82,3 @@ def _image_size(occluder: FloatArray) -> int:
     squares = (occluder**2).sum(axis=1)
     reach = math.sqrt(float(squares[np.isfinite(squares)].max(initial=1.0)))
     return min(2 * math.ceil(ACROSS / 2 * max(reach, 1.0)) + 2, _LARGEST)
-
-
-def _count(
-    original: MaskArray,
-    hidden: MaskArray,
-    image: int,
-    pixels: np.ndarray[tuple[int, int], np.dtype[np.int64]],
-    farthest: np.ndarray[tuple[int], np.dtype[np.int64]],
-) -> None:
-    run_chunks(
-        lambda begin, end: count_overhang(original, hidden, image, begin, end, pixels, farthest),
-        len(original),
-    )

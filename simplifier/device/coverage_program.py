@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.device.programs import LOOP, TRIANGLES, buffers, dispatch, read, view_blocks
+from simplifier.device.card import Card, Filled, Shape
+from simplifier.device.programs import LOOP, TRIANGLES, draw, view_blocks
 from simplifier.kernels.coverage import MaskArray
 from simplifier.progress import TellShare
 
@@ -35,30 +37,40 @@ void draw_row(int view, int row, Corner low, Corner middle, Corner high) {
 class CoverageProgram:
     """Draws into bit rows; of the context that is current, as all its calls have to be."""
 
-    def __init__(self, context: Any) -> None:
-        self._context = context
-        self._program = context.compute_shader(TRIANGLES + _ROW + LOOP)
+    def __init__(self, card: Card) -> None:
+        self._card = card
+        self._program = card.program(TRIANGLES + _ROW + LOOP)
 
     def masks(
         self,
-        points: NDArray[np.float64],
-        faces: NDArray[np.int32],
+        shape: Shape,
         views: NDArray[np.float64],
         image: tuple[int, int],
         tell: TellShare,
     ) -> MaskArray:
-        """(V, rows, words) of what :func:`~simplifier.kernels.coverage.drawable` gives."""
-        rows, columns = image
-        words = -(-columns // 64)
-        masks = np.empty((len(views), rows, words), dtype=np.uint64)
-        self._program["words"] = 2 * words
-        with buffers(self._context, points, faces):
-            for first, last in view_blocks(len(views), len(faces), 8 * rows * words):
-                some = views[first:last]
-                shape = (last - first, rows, words)
-                size = masks[first:last].nbytes
-                with buffers(self._context, some, size, first=2) as (_, drawn):
-                    dispatch(self._context, self._program, points, faces, some, image)
-                    masks[first:last] = read(self._context, drawn, np.uint64, shape)
-                tell(last / len(views))
+        """(V, rows, words) of a shape with faces."""
+        masks = np.empty((len(views), image[0], -(-image[1] // 64)), dtype=np.uint64)
+        for first, last, drawn in self.in_blocks([shape], views, image):
+            masks[first:last] = self._card.read(drawn, np.uint64, masks[first:last].shape)
+            tell(last / len(views))
         return masks
+
+    def in_blocks(
+        self, shapes: Sequence[Shape], views: NDArray[np.float64], image: tuple[int, int]
+    ) -> Iterator[tuple[Any, ...]]:
+        """First and last (exclusive) of some views, and a buffer a shape with its bit rows in them,
+        which lies on the card until the next is asked for.
+        """
+        drawn = [index for index, (_, faces) in enumerate(shapes) if len(faces) > 0]
+        on_card = self._card.geometries([shapes[index] for index in drawn])
+        faces = max(len(one) for _, one in shapes)
+        words = -(-image[1] // 64)
+        bytes_a_view = 8 * image[0] * words
+        for first, last in view_blocks(len(views), faces, len(shapes) * bytes_a_view):
+            some = views[first:last]
+            empty = [Filled(bytes_a_view * len(some))] * len(shapes)
+            with self._card.buffers(some, *empty, first=2) as (_, *masks):
+                for index, shape in zip(drawn, on_card, strict=True):
+                    masks[index].bind_to_storage_buffer(3)
+                    draw(self._card, self._program, shape, some, image, words=2 * words)
+                yield first, last, *masks

@@ -7,12 +7,11 @@ each pixel, the second for the least lower word among those that have it.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.device.programs import LOOP, TRIANGLES, buffers, dispatch, read, view_blocks
+from simplifier.device.card import Card, Filled, Geometry, Shape
+from simplifier.device.programs import LOOP, TRIANGLES, draw, view_blocks
 
 _NARROWEST = "1e-9LF"  # pixels, as of the kernels
 
@@ -88,6 +87,63 @@ void draw_row(int view, int row, Corner low, Corner middle, Corner high) {
 }
 """
 
+_NEAREST_OF_ROW = """
+uniform double threshold;
+
+const int COLUMNS = 4;  // of an invocation
+
+struct Held { double x0; double depth; double slope; int first; int last; };
+shared Held held[64];
+shared int count;
+
+// A work group is a row of a view: of 64 faces at a time it holds those that the row passes.
+void main() {
+    int view = int(gl_WorkGroupID.y), row = int(gl_WorkGroupID.x);
+    int own = int(gl_LocalInvocationIndex), begin = int(gl_WorkGroupID.z) * 64 * COLUMNS + own;
+    uvec2 least[COLUMNS];
+    for (int at = 0; at < COLUMNS; ++at) least[at] = uvec2(0xFFFFFFFFu);
+    for (int from = 0; from < face_count; from += 64) {
+        if (own == 0) count = 0;
+        barrier();
+        Corner low, middle, high;
+        if (from + own < face_count && read_face(from + own, view, low, middle, high)
+                && low.cell.y <= row && row < high.cell.y) {
+            Span found = span(view, row, low, middle, high);
+            if (found.first <= found.last) {
+                int place = atomicAdd(count, 1);
+                held[place] =
+                    Held(found.x0, found.depth, found.slope, found.first, found.last);
+            }
+        }
+        barrier();
+        for (int index = 0; index < count; ++index) {
+            Held one = held[index];
+            Span found = Span(one.first, one.last, one.x0, one.depth, one.slope);
+            for (int at = 0; at < COLUMNS; ++at) {
+                int column = begin + 64 * at;
+                if (column < found.first || column > found.last) continue;
+                uvec2 words = words_of(depth_at(found, column, threshold));
+                bool nearer = words.y < least[at].y
+                    || (words.y == least[at].y && words.x < least[at].x);
+                if (nearer) least[at] = words;
+            }
+        }
+        barrier();
+    }
+    for (int at = 0; at < COLUMNS; ++at) {
+        int column = begin + 64 * at;
+        if (column >= columns) break;
+        int pixel = 2 * ((view * rows + row) * columns + column);
+        nearest[pixel] = least[at].x;
+        nearest[pixel + 1] = least[at].y;
+    }
+}
+"""
+"""The same for few faces, which are large: not a pixel is written twice."""
+
+_FEW = 4096  # faces
+_COLUMNS = 256  # of a work group
+
 _FAR = 0xFFFFFFFF  # both words of a pixel where nothing is
 
 _SETTLE_ROW = """
@@ -118,33 +174,57 @@ void draw_row(int view, int row, Corner low, Corner middle, Corner high) {
 """
 
 
+_COUNT = """#version 430
+layout(local_size_x = 64) in;
+layout(std430, binding = 4) readonly buffer Pictures { uint pictures[]; };
+layout(std430, binding = 5) buffer Counted { uvec2 counted[]; };
+uniform int words, settled;  // words of a view
+
+shared uint seen, front;
+
+void main() {
+    if (gl_LocalInvocationIndex == 0u) { seen = 0u; front = 0u; }
+    barrier();
+    uint own_seen = 0u, own_front = 0u;
+    int begin = int(gl_WorkGroupID.x) * words;
+    for (int at = begin + int(gl_LocalInvocationIndex); at < begin + words; at += 64) {
+        own_seen += uint(bitCount(pictures[at]));
+        own_front += uint(bitCount(pictures[at] & ~pictures[settled + at]));
+    }
+    atomicAdd(seen, own_seen);
+    atomicAdd(front, own_front);
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) counted[gl_WorkGroupID.x] = uvec2(seen, front);
+}
+"""
+
+
 class DepthProgram:
     """Draws depths; of the context that is current, as all its calls have to be.
 
-    ``points`` (3, n), ``faces`` (m, 3) and ``views`` (V, 3, 4) as
-    :func:`~simplifier.kernels.coverage.drawable` gives them, ``image`` pixels a side.
+    Shapes have faces; ``views`` (V, 3, 4) as :func:`~simplifier.kernels.coverage.drawable` gives
+    them, ``image`` pixels a side.
     """
 
-    def __init__(self, context: Any) -> None:
-        self._context = context
-        self._nearest = context.compute_shader(TRIANGLES + _ENDS + _NEAREST_ROW + LOOP)
-        self._settle = context.compute_shader(TRIANGLES + _ENDS + _SETTLE_ROW + LOOP)
+    def __init__(self, card: Card) -> None:
+        self._card = card
+        self._nearest = card.program(TRIANGLES + _ENDS + _NEAREST_ROW + LOOP)
+        self._nearest_of_row = card.program(TRIANGLES + _ENDS + _NEAREST_OF_ROW)
+        self._settle = card.program(TRIANGLES + _ENDS + _SETTLE_ROW + LOOP)
+        self._count = card.program(_COUNT)
 
     def nearest(
-        self,
-        points: NDArray[np.float64],
-        faces: NDArray[np.int32],
-        views: NDArray[np.float64],
-        image: int,
-        threshold: float,
+        self, shape: Shape, views: NDArray[np.float64], image: int, threshold: float
     ) -> NDArray[np.float64]:
         """(V, image, image) the least depths plus the threshold, infinite where nothing is."""
         found = np.empty((len(views), image, image))
-        for first, last in view_blocks(len(views), len(faces), 8 * image * image):
-            far = np.full((last - first, image, image, 2), _FAR, np.uint32)
-            with buffers(self._context, points, faces, views[first:last], far) as held:
-                self._draw_nearest(points, faces, views[first:last], image, threshold)
-                drawn = read(self._context, held[3], "<u8", far.shape[:3])
+        (on_card,) = self._card.geometries([shape])
+        for first, last in view_blocks(len(views), len(shape[1]), 8 * image * image):
+            some = views[first:last]
+            far = Filled(8 * len(some) * image * image, _FAR)
+            with self._card.buffers(some, far, first=2) as (_, depths):
+                self._draw_nearest(on_card, some, image, threshold)
+                drawn = self._card.read(depths, "<u8", (len(some), image, image))
             upper = drawn >> np.uint64(63) != 0
             bits = np.where(upper, drawn ^ np.uint64(1 << 63), ~drawn)
             found[first:last] = np.where(drawn == np.uint64(2**64 - 1), np.inf, bits.view("<f8"))
@@ -152,43 +232,47 @@ class DepthProgram:
 
     def front_pixels(
         self,
-        mesh: tuple[NDArray[np.float64], NDArray[np.int32]],
-        occluder: tuple[NDArray[np.float64], NDArray[np.int32]],
+        mesh: Shape,
+        occluder: Shape,
         views: NDArray[np.float64],
         image: int,
         threshold: float,
     ) -> NDArray[np.int64]:
-        """(V, 2) as :func:`~simplifier.kernels.front.front_pixels`."""
-        pixels = np.empty((len(views), 2), dtype=np.int64)
-        words = 2 * -(-image // 64)
+        """(V, 2) as :func:`~simplifier.kernels.front.front_pixels`; the occluder may be empty."""
+        card, pixels = self._card, np.empty((len(views), 2), dtype=np.int64)
+        words, hides = 2 * -(-image // 64), len(occluder[1]) > 0
+        on_card, *before = card.geometries([mesh, occluder] if hides else [mesh])
         most_faces = max(len(mesh[1]), len(occluder[1]))
         for first, last in view_blocks(len(views), most_faces, 8 * image * image):
             some = views[first:last]
-            shape = (2, last - first, image, words)
-            far = np.full((last - first, image, image, 2), _FAR, np.uint32)
-            with buffers(self._context, some, far, 4 * int(np.prod(shape)), first=2) as held:
-                if len(occluder[1]) > 0:
-                    with buffers(self._context, *occluder):
-                        self._draw_nearest(*occluder, some, image, threshold)
-                with buffers(self._context, *mesh):
-                    self._settle["words"] = words
-                    self._settle["settled"] = int(np.prod(shape[1:]))
-                    dispatch(self._context, self._settle, *mesh, some, (image, image))
-                seen, settled = read(self._context, held[2], np.uint32, shape)
-            for place, bits in enumerate((seen, seen & ~settled)):
-                counted = np.bitwise_count(bits).sum(axis=(1, 2), dtype=np.int64)
-                pixels[first:last, place] = counted
+            far = Filled(8 * len(some) * image * image, _FAR)
+            settled = len(some) * image * words
+            pictures, counted = Filled(8 * settled), Filled(8 * len(some))
+            with card.buffers(some, far, pictures, counted, first=2) as (*_, counts):
+                for shape in before:
+                    self._draw_nearest(shape, some, image, threshold)
+                draw(
+                    card, self._settle, on_card, some, (image, image),
+                    words=words, settled=settled,
+                )  # fmt: skip
+                card.run(self._count, (len(some),), words=image * words, settled=settled)
+                pixels[first:last] = card.read(counts, np.uint32, (len(some), 2))
         return pixels
 
     def _draw_nearest(
-        self,
-        points: NDArray[np.float64],
-        faces: NDArray[np.int32],
-        views: NDArray[np.float64],
-        image: int,
-        threshold: float,
+        self, shape: Geometry, views: NDArray[np.float64], image: int, threshold: float
     ) -> None:
-        self._nearest["threshold"] = threshold
+        """Into the buffer at binding 3, which holds what is far in both words of each pixel."""
+        if len(shape.faces) <= _FEW:
+            shape.bind()
+            self._card.run(
+                self._nearest_of_row, (image, len(views), -(-image // _COLUMNS)),
+                vertex_count=shape.points.shape[1], face_count=len(shape.faces),
+                rows=image, columns=image, axes=3, threshold=threshold,
+            )  # fmt: skip
+            return
         for upper in (True, False):
-            self._nearest["upper"] = upper
-            dispatch(self._context, self._nearest, points, faces, views, (image, image))
+            draw(
+                self._card, self._nearest, shape, views, (image, image),
+                threshold=threshold, upper=upper,
+            )  # fmt: skip

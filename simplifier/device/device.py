@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -13,8 +13,9 @@ from simplifier.geometry.mesh import as_mesh
 from simplifier.kernels.coverage import MaskArray, coverage_masks
 from simplifier.kernels.front import depth_limits, front_pixels
 from simplifier.kernels.measure import score_polygon_unions
+from simplifier.kernels.overhang import overhang_pixels
+from simplifier.kernels.random_quads import mean_quad_areas, sampled_quad_pixels
 from simplifier.kernels.threads import run_chunks
-from simplifier.options.simplify import Slicing
 from simplifier.progress import TellShare, silent
 
 Vertices = NDArray[np.float64]
@@ -23,14 +24,32 @@ Vertices = NDArray[np.float64]
 Faces = NDArray[np.int32]
 """(m, 3) int32."""
 
+Surface = tuple[Vertices, Faces]
+
 PolygonArrays = tuple[
     NDArray[np.float64], NDArray[np.int32], NDArray[np.int64], NDArray[np.float64]
 ]
 """Points, lowest, offsets and maps of polygons, as :mod:`simplifier.kernels.measure` has them."""
 
 
+@dataclass(frozen=True)
+class QuadSample:
+    """Which random quads are drawn: ``quads`` a view, whose first is number ``first_view``.
+
+    A quad depends on (``seed``, view, number of the quad) alone.
+    """
+
+    quads: int
+    seed: int
+    first_view: int = 0
+
+    def after(self, views: int) -> QuadSample:
+        """The same, from so many views on."""
+        return replace(self, first_view=self.first_view + views)
+
+
 class Device(Protocol):
-    """Draws and measures; every device gives the same bits, but for what cuts sections.
+    """Draws and measures; every device gives the same bits.
 
     A method may be called on any thread.  What is wrong with its arguments is the same error on
     every device: ValueError, as :func:`~simplifier.kernels.coverage.coverage_masks` raises it.
@@ -39,10 +58,6 @@ class Device(Protocol):
     @property
     def name(self) -> str:
         """``cpu``, or what OpenGL calls its renderer."""
-
-    @property
-    def slicer(self) -> Slicing:
-        """What cuts sections where none is named.  Slicers differ in a pixel in 100,000."""
 
     @property
     def remarks(self) -> Sequence[str]:
@@ -61,13 +76,35 @@ class Device(Protocol):
 
     def front_pixels(
         self,
-        mesh: tuple[Vertices, Faces],
-        occluder: tuple[Vertices, Faces],
+        mesh: Surface,
+        occluder: Surface,
         projections: NDArray[np.float64],
         image: int,
         threshold: float,
     ) -> NDArray[np.int64]:
         """(V, 2) pixels shown, and in front: :func:`~simplifier.kernels.front.front_pixels`."""
+
+    def quad_pixels(
+        self,
+        mesh: Surface,
+        occluders: Sequence[Surface],
+        projections: NDArray[np.float64],
+        image: int,
+        sample: QuadSample,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(V,) mean pixels of a quad, and (k, V, 3) those hidden rightly, missed and hidden wrongly
+        by each of k occluders: :mod:`~simplifier.kernels.random_quads`, of silhouettes ``image``
+        pixels a side."""
+
+    def overhang_pixels(
+        self,
+        mesh: Surface,
+        occluders: Sequence[Surface],
+        projections: NDArray[np.float64],
+        image: int,
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """(k, V, 2) pixels of the mesh and of each of k occluders beside it, and (k, V) how far
+        out: :func:`~simplifier.kernels.overhang.overhang_pixels` of such silhouettes."""
 
     def depth_limits(
         self,
@@ -101,13 +138,42 @@ class Processor:
     def name(self) -> str:
         return "cpu"
 
-    @property
-    def slicer(self) -> Slicing:
-        return "cpu"
-
     coverage_masks = staticmethod(coverage_masks)
     front_pixels = staticmethod(front_pixels)
     depth_limits = staticmethod(depth_limits)
+
+    def quad_pixels(
+        self,
+        mesh: Surface,
+        occluders: Sequence[Surface],
+        projections: NDArray[np.float64],
+        image: int,
+        sample: QuadSample,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        original = self.coverage_masks(*mesh, projections, image, image)
+        pixels = np.empty((len(occluders), len(original), 3))
+        for index, occluder in enumerate(occluders):
+            hidden = self.coverage_masks(*occluder, projections, image, image)
+            pixels[index] = sampled_quad_pixels(
+                original, hidden, image,
+                quads=sample.quads, seed=sample.seed, first_view=sample.first_view,
+            )  # fmt: skip
+        return mean_quad_areas(original), pixels
+
+    def overhang_pixels(
+        self,
+        mesh: Surface,
+        occluders: Sequence[Surface],
+        projections: NDArray[np.float64],
+        image: int,
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        original = self.coverage_masks(*mesh, projections, image, image)
+        pixels = np.empty((len(occluders), len(original), 2), dtype=np.int64)
+        farthest = np.empty(pixels.shape[:2], dtype=np.int64)
+        for index, occluder in enumerate(occluders):
+            hidden = self.coverage_masks(*occluder, projections, image, image)
+            pixels[index], farthest[index] = overhang_pixels(original, hidden, image)
+        return pixels, farthest
 
     def polygon_scores(
         self,

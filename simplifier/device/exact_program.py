@@ -6,11 +6,9 @@ that rounds otherwise could put a pixel on the other side of an edge, so it is n
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
-from simplifier.device.programs import GROUP, buffers, read
+from simplifier.device.card import GROUP, Card, Filled
 
 _COUNT = 16 * GROUP
 
@@ -29,14 +27,13 @@ void main() {
 """
 
 
-def computes_exactly(context: Any) -> bool:
+def computes_exactly(card: Card) -> bool:
     """Of the context that is current: quotients, and products that are added up."""
     numbers = np.random.default_rng(1).uniform(-256.0, 256.0, (_COUNT, 3))
-    program = context.compute_shader(_SOURCE)
-    with buffers(context, numbers, 16 * _COUNT) as (_, results):
-        program.run(_COUNT // GROUP)
-        context.memory_barrier()
-        found = read(context, results, np.float64, (_COUNT, 2))
+    program = card.program(_SOURCE)
+    with card.buffers(numbers, Filled(16 * _COUNT)) as (_, results):
+        card.run(program, (_COUNT // GROUP,))
+        found = card.read(results, np.float64, (_COUNT, 2))
     program.release()
     a, b, c = numbers.T
     quotient = a / b

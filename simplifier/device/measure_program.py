@@ -5,13 +5,11 @@ A work group is a candidate in a view, an invocation one of its 64 rows.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.device.card import Card, Filled
 from simplifier.device.device import PolygonArrays
-from simplifier.device.programs import buffers, read
 from simplifier.progress import TellShare
 
 _AT_ONCE = 4096  # candidates of a dispatch
@@ -99,9 +97,9 @@ void main() {
 class MeasureProgram:
     """Scores candidates; of the context that is current, as all its calls have to be."""
 
-    def __init__(self, context: Any) -> None:
-        self._context = context
-        self._program = context.compute_shader(_SOURCE)
+    def __init__(self, card: Card) -> None:
+        self._card = card
+        self._program = card.program(_SOURCE)
 
     def scores(
         self,
@@ -115,13 +113,12 @@ class MeasureProgram:
         points, lowest, offsets, maps = shapes
         scores = np.empty(len(polygons), dtype=np.int64)
         tried = np.stack([polygons, levels], axis=1).astype(np.int32)
-        with buffers(self._context, points, lowest, offsets.astype(np.int32), maps):
+        with self._card.buffers(points, lowest, offsets.astype(np.int32), maps):
             for first in range(0, len(tried), _AT_ONCE):
                 some = tried[first : first + _AT_ONCE]
-                with buffers(self._context, some, base, 4 * len(some), first=4) as held:
-                    self._program.run(len(some), len(base))
-                    self._context.memory_barrier()
-                    found = read(self._context, held[2], np.uint32, (len(some),))
+                with self._card.buffers(some, base, Filled(4 * len(some)), first=4) as held:
+                    self._card.run(self._program, (len(some), len(base)))
+                    found = self._card.read(held[2], np.uint32, (len(some),))
                 scores[first : first + _AT_ONCE] = found
                 tell((first + len(some)) / len(tried))
         return scores

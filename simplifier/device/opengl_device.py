@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from threading import RLock
 from typing import Any, TypeVar
@@ -11,21 +12,42 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.device.card import Card, LostError, Shape
 from simplifier.device.coverage_program import CoverageProgram
 from simplifier.device.depth_program import DepthProgram
-from simplifier.device.device import PROCESSOR, Faces, PolygonArrays, Vertices
+from simplifier.device.device import (
+    PROCESSOR,
+    Faces,
+    PolygonArrays,
+    QuadSample,
+    Surface,
+    Vertices,
+)
 from simplifier.device.exact_program import computes_exactly
 from simplifier.device.measure_program import MeasureProgram
 from simplifier.device.opengl_context import open_context, unavailable
-from simplifier.device.programs import LostError
+from simplifier.device.overhang_program import OverhangProgram
+from simplifier.device.quads_program import QuadsProgram, bytes_of_table
 from simplifier.kernels.coverage import MaskArray, drawable
-from simplifier.options.simplify import Slicing
 from simplifier.progress import TellShare, silent
 
 _Result = TypeVar("_Result")
 
+_log = logging.getLogger(__name__)
+
 _WHERE, _INSTEAD = "device gpu", "--device cpu"
 _SOFTWARE = ("llvmpipe", "softpipe", "swrast", "swiftshader", "software", "basic render")
+
+
+@contextmanager
+def forgiven() -> Iterator[None]:
+    """What a card fails at is told to the log, since it only costs time."""
+    import moderngl
+
+    try:
+        yield
+    except (LostError, moderngl.Error) as error:
+        _log.warning("the graphics card failed, and the processor does the work: %s", error)
 
 
 class OpenGLDevice:
@@ -41,10 +63,9 @@ class OpenGLDevice:
         self._lock, self._closed = RLock(), False
         self._context, _ = open_context(_WHERE, _INSTEAD, 430)
         with self._context:
-            info = self._context.info
-            self._name = str(info["GL_RENDERER"])
-            self._largest = int(info["GL_MAX_SHADER_STORAGE_BLOCK_SIZE"])
-            exact = computes_exactly(self._context)
+            self._name = str(self._context.info["GL_RENDERER"])
+            self._card = Card(self._context)
+            exact = computes_exactly(self._card)
         if not exact:
             self.close()
             what = f"{self._name} does not compute in double precision as the processor does"
@@ -53,10 +74,6 @@ class OpenGLDevice:
     @property
     def name(self) -> str:
         return self._name
-
-    @property
-    def slicer(self) -> Slicing:
-        return "gl"
 
     @property
     def is_software(self) -> bool:
@@ -89,15 +106,71 @@ class OpenGLDevice:
     ) -> MaskArray:
         points, indices, views = drawable(vertices, faces, projections, (2, rows, columns))
         return self._done(
-            lambda: self._coverage.masks(points, indices, views, (rows, columns), tell),
+            lambda: self._coverage.masks((points, indices), views, (rows, columns), tell),
             lambda: PROCESSOR.coverage_masks(vertices, faces, projections, rows, columns, tell),
             points, indices,
         )  # fmt: skip
 
+    def quad_pixels(
+        self,
+        mesh: Surface,
+        occluders: Sequence[Surface],
+        projections: NDArray[np.float64],
+        image: int,
+        sample: QuadSample,
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        shapes, views = self._drawable(mesh, occluders, projections, image)
+
+        def count() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+            areas, pixels = zip(
+                *(
+                    self._quads.pixels(original, hidden, last - first, image, sample.after(first))
+                    for first, last, original, *hidden in self._coverage.in_blocks(
+                        shapes, views, (image, image)
+                    )
+                ),
+                strict=True,
+            )
+            return np.concatenate(areas), np.concatenate(pixels, axis=1)
+
+        return self._done(
+            count,
+            lambda: PROCESSOR.quad_pixels(mesh, occluders, projections, image, sample),
+            *shapes[0], views, also=[one for shape in shapes[1:] for one in shape],
+            scratch=bytes_of_table(image),
+        )  # fmt: skip
+
+    def overhang_pixels(
+        self,
+        mesh: Surface,
+        occluders: Sequence[Surface],
+        projections: NDArray[np.float64],
+        image: int,
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        shapes, views = self._drawable(mesh, occluders, projections, image)
+
+        def count() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+            pixels, farthest = zip(
+                *(
+                    self._overhang.pixels(original, hidden, last - first, image)
+                    for first, last, original, *hidden in self._coverage.in_blocks(
+                        shapes, views, (image, image)
+                    )
+                ),
+                strict=True,
+            )
+            return np.concatenate(pixels, axis=1), np.concatenate(farthest, axis=1)
+
+        return self._done(
+            count,
+            lambda: PROCESSOR.overhang_pixels(mesh, occluders, projections, image),
+            *shapes[0], views, also=[one for shape in shapes[1:] for one in shape],
+        )  # fmt: skip
+
     def front_pixels(
         self,
-        mesh: tuple[Vertices, Faces],
-        occluder: tuple[Vertices, Faces],
+        mesh: Surface,
+        occluder: Surface,
         projections: NDArray[np.float64],
         image: int,
         threshold: float,
@@ -123,7 +196,7 @@ class OpenGLDevice:
         points, indices, views = drawable(vertices, faces, projections, (3, image, image))
 
         def limits() -> NDArray[np.float32]:
-            nearest = self._depth.nearest(points, indices, views, image, -threshold)
+            nearest = self._depth.nearest((points, indices), views, image, -threshold)
             return np.where(nearest < np.inf, nearest, -np.inf).astype(np.float32)
 
         return self._done(
@@ -146,36 +219,62 @@ class OpenGLDevice:
             polygons, shapes[3],
         )  # fmt: skip
 
+    def _drawable(
+        self,
+        mesh: Surface,
+        occluders: Sequence[Surface],
+        projections: NDArray[np.float64],
+        image: int,
+    ) -> tuple[list[Shape], NDArray[np.float64]]:
+        """Points and faces of each surface, and the views, as the programs take them."""
+        shapes = []
+        for surface in (mesh, *occluders):
+            points, faces, views = drawable(*surface, projections, (2, image, image))
+            shapes.append((points, faces))
+        return shapes, views
+
     def _done(
         self,
         draw: Callable[[], _Result],
         instead: Callable[[], _Result],
         *needed: NDArray[Any],
-        also: tuple[NDArray[Any], ...] = (),
+        also: Sequence[NDArray[Any]] = (),
+        scratch: int = 0,
     ) -> _Result:
         """What ``draw`` gives, or what is done ``instead``.
 
         ``needed``  what has to be there and to fit into a buffer; ``also``: to fit, if it is there.
+        ``scratch``  bytes of the largest buffer beside these.
         """
-        fits = all(0 < one.nbytes <= self._largest for one in needed)
-        if not fits or any(one.nbytes > self._largest for one in also):
+        fits = all(0 < one.nbytes <= self._card.largest for one in needed)
+        if (
+            not fits
+            or scratch > self._card.largest
+            or any(one.nbytes > self._card.largest for one in also)
+        ):
             return instead()
-        import moderngl
-
         with self._lock:
             if not self._closed:
-                with suppress(LostError, moderngl.Error), self._context:
+                with forgiven(), self._context:
                     return draw()
         return instead()
 
     @cached_property
     def _coverage(self) -> CoverageProgram:
-        return CoverageProgram(self._context)
+        return CoverageProgram(self._card)
+
+    @cached_property
+    def _quads(self) -> QuadsProgram:
+        return QuadsProgram(self._card)
+
+    @cached_property
+    def _overhang(self) -> OverhangProgram:
+        return OverhangProgram(self._card)
 
     @cached_property
     def _depth(self) -> DepthProgram:
-        return DepthProgram(self._context)
+        return DepthProgram(self._card)
 
     @cached_property
     def _measure(self) -> MeasureProgram:
-        return MeasureProgram(self._context)
+        return MeasureProgram(self._card)

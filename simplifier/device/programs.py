@@ -1,4 +1,4 @@
-"""What the compute programs share: their triangles, their buffers, and how much is drawn at once.
+"""What the programs that draw share: their triangles, and how much is drawn at once.
 
 The programs do in GLSL what :mod:`simplifier.kernels.coverage` does, in double precision and in the
 same order of operations, so that they find the same pixels to the last one.  ``precise`` keeps the
@@ -8,16 +8,13 @@ compiler from fusing or reordering them.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-GROUP = 64
-"""Invocations of a work group, along x."""
+from simplifier.device.card import GROUP, MOST_GROUPS, Card, Geometry
 
-_MOST_GROUPS = 65_535  # along x, which every OpenGL can; invocations then take several triangles
 _MOST_DRAWN = (
     1 << 26
 )  # triangles times views of a dispatch: short of what a driver takes for a hang
@@ -104,65 +101,31 @@ void main() {
 """Calls ``draw_row`` for every row of every face in every view."""
 
 
-class LostError(Exception):
-    """OpenGL reports an error: what it drew cannot be relied on."""
-
-
-@contextmanager
-def buffers(context: Any, *contents: NDArray[Any] | int, first: int = 0) -> Iterator[list[Any]]:
-    """OpenGL buffers of arrays, or of so many bytes that are 0; freed afterwards.
-
-    They are bound in this order, from binding ``first`` on.
-    """
-    held: list[Any] = []
-    try:
-        for place, content in enumerate(contents):
-            if isinstance(content, int):
-                held.append(context.buffer(reserve=content, dynamic=True))
-                held[-1].clear()
-            else:
-                held.append(context.buffer(content))
-            held[-1].bind_to_storage_buffer(first + place)
-        yield held
-    finally:
-        for one in held:
-            one.release()
-
-
-def dispatch(
-    context: Any,
+def draw(
+    card: Card,
     program: Any,
-    points: NDArray[np.float64],
-    faces: NDArray[np.int32],
+    shape: Geometry,
     views: NDArray[np.float64],
     image: tuple[int, int],
+    **uniforms: float,
 ) -> None:
-    """Run a program of :data:`TRIANGLES` and :data:`LOOP` over faces and views, which are bound.
+    """Run a program of :data:`TRIANGLES` and :data:`LOOP` over all faces of a shape in all views.
 
-    ``points`` (3, n), ``faces`` (m, 3), ``views`` (V, axes, 4); ``image`` rows and columns.
+    ``views`` (V, axes, 4), which are bound; ``image`` rows and columns.
     """
     rows, columns = image
-    strip = rows if len(faces) * len(views) >= _ENOUGH else min(rows, _STRIP)
-    values = (points.shape[1], len(faces), rows, columns, strip, views.shape[1])
-    names = ("vertex_count", "face_count", "rows", "columns", "strip", "axes")
-    for name, value in zip(names, values, strict=True):
-        if name in program:
-            program[name] = value
-    groups = min(-(-len(faces) // GROUP), _MOST_GROUPS)
-    program.run(groups, len(views), -(-rows // strip))
-    context.memory_barrier()
+    faces = len(shape.faces)
+    strip = rows if faces * len(views) >= _ENOUGH else min(rows, _STRIP)
+    shape.bind()
+    card.run(
+        program, (min(-(-faces // GROUP), MOST_GROUPS), len(views), -(-rows // strip)),
+        vertex_count=shape.points.shape[1], face_count=faces, rows=rows, columns=columns,
+        strip=strip, axes=views.shape[1], **uniforms,
+    )  # fmt: skip
 
 
 def view_blocks(views: int, faces: int, bytes_a_view: int) -> Iterator[tuple[int, int]]:
     """First and last (exclusive) of the views that are drawn at once."""
-    at_once = max(1, min(_MOST_DRAWN // max(faces, 1), _MOST_BYTES // bytes_a_view, _MOST_GROUPS))
+    at_once = max(1, min(_MOST_DRAWN // max(faces, 1), _MOST_BYTES // bytes_a_view, MOST_GROUPS))
     for first in range(0, views, at_once):
         yield first, min(first + at_once, views)
-
-
-def read(context: Any, buffer: Any, kind: Any, shape: tuple[int, ...]) -> NDArray[Any]:
-    """The content of a buffer.  Raises :class:`LostError` if anything went wrong before."""
-    content = buffer.read()
-    if context.error != "GL_NO_ERROR":
-        raise LostError
-    return np.frombuffer(content, kind).reshape(shape)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.device.device import Device, Faces, Processor, Vertices
+from simplifier.device.device import Device, Faces, Processor, Surface, Vertices
 from simplifier.kernels.coverage import MaskArray, coverage_masks
 from simplifier.kernels.front import front_pixels
 from simplifier.progress import TellShare, silent
@@ -113,8 +113,8 @@ class RememberingProcessor(Processor):
 
     def front_pixels(  # type: ignore[override]
         self,
-        mesh: tuple[Vertices, Faces],
-        occluder: tuple[Vertices, Faces],
+        mesh: Surface,
+        occluder: Surface,
         projections: NDArray[np.float64],
         image: int,
         threshold: float,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from simplifier.kernels.bit_image import lowest_one, popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.random_quads import bit
+from simplifier.kernels.threads import run_chunks
 
 _MANY = 1 << 20  # columns: more than there are
 _LOOKS = 8  # at rows, for each row: they take half as long as the distances of all pixels
@@ -92,6 +93,23 @@ def shares_beside(there: NDArray[np.int64], beside: NDArray[np.int64]) -> NDArra
     """
     shares = np.where(there > 0, beside / np.maximum(there, 1), beside > 0)
     return np.asarray(shares, dtype=np.float64)
+
+
+def overhang_pixels(
+    original: NDArray[np.uint64], hidden: NDArray[np.uint64], columns: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(V, 2) int64 pixels of the original and of ``hidden`` beside it, (V,) int64 how far out.
+
+    ``original``, ``hidden``  (V, rows, words) bit rows of ``columns`` pixels; the results are as
+    :func:`count_overhang` says.
+    """
+    pixels = np.empty((len(original), 2), dtype=np.int64)
+    farthest = np.empty(len(original), dtype=np.int64)
+    run_chunks(
+        lambda begin, end: count_overhang(original, hidden, columns, begin, end, pixels, farthest),
+        len(original),
+    )
+    return pixels, farthest
 
 
 @inner_kernel

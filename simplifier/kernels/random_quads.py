@@ -144,6 +144,70 @@ def sample_quads(originals, occluders, columns, quads, seed, first_view, begin, 
         pixels[view, 2] = wrong
 
 
+def sampled_quad_pixels(
+    original: NDArray[np.uint64],
+    occluder: NDArray[np.uint64],
+    columns: int,
+    *,
+    quads: int,
+    seed: int,
+    first_view: int = 0,
+) -> NDArray[np.float64]:
+    """(V, 3) float64: mean Nt, Pf and Nf of ``quads`` random quads a view, pixels a quad.
+
+    ``original``, ``occluder``  (V, rows, words) bit rows of :mod:`simplifier.kernels.coverage`.
+    ``seed``                    0 .. 2^64 - 1; a quad depends on (seed, view, number of the quad)
+                                alone, so neither threads nor blocks of views change the result:
+                                view i of the arrays is view ``first_view`` + i.
+    """
+    pixels = np.zeros((len(original), 3), dtype=np.int64)
+    run_chunks(
+        lambda begin, end: sample_quads(
+            original,
+            occluder,
+            columns,
+            quads,
+            np.uint64(seed),
+            np.uint64(first_view),
+            begin,
+            end,
+            pixels,
+        ),
+        len(original),
+    )
+    return np.asarray(pixels / quads)
+
+
+def mean_quad_areas(original: NDArray[np.uint64]) -> NDArray[np.float64]:
+    """(V,) float64: pixels of a random quad of each view, filled or not; 0 where nothing shows.
+
+    ``original``  (V, rows, words) bit rows of :mod:`simplifier.kernels.coverage`.
+    """
+    rows = np.asarray(original.any(axis=2))
+    words = np.ascontiguousarray(np.bitwise_or.reduce(original, axis=1))
+    columns = np.unpackbits(words.astype("<u8").view(np.uint8), axis=1, bitorder="little")
+    return mean_areas(_extent(rows), _extent(columns.astype(bool)))
+
+
+def mean_areas(rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(V,) float64: pixels of a random quad in boxes of so many rows and columns, each (V,).
+
+    Two corners drawn from n places are (n - 1 / n) / 3 apart in the mean.
+    """
+    lengths = []
+    for one in (rows, columns):
+        places = one.astype(np.float64)
+        between = (places - 1.0 / np.maximum(places, 1.0)) / 3.0 + 1.0
+        lengths.append(np.where(places > 0.0, between, 0.0))
+    return np.asarray(lengths[0] * lengths[1])
+
+
+def _extent(covered: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """(V,) places of (V, n) from the first to the last that is covered; 0 where none is."""
+    first, last = covered.argmax(axis=1), covered.shape[1] - 1 - covered[:, ::-1].argmax(axis=1)
+    return np.where(covered.any(axis=1), last - first + 1, 0)
+
+
 def exact_quad_pixels(
     original: NDArray[np.uint64],
     occluder: NDArray[np.uint64],
@@ -154,7 +218,7 @@ def exact_quad_pixels(
 
     ``original``, ``occluder``  (V, rows, words) bit rows of :mod:`simplifier.kernels.coverage`.
     ``full``  (V,) :func:`full_areas` of the original, for callers who judge several occluders.
-    What :func:`simplifier.accuracy.accuracy.sampled_quad_pixels` tends to with more quads, at
+    What :func:`sampled_quad_pixels` tends to with more quads, at
     about the same cost.
     """
     full = full_areas(original, columns) if full is None else full

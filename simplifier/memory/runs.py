@@ -44,7 +44,7 @@ def simplifying(size: MeshSize, shape: Shape, cell_size: float, options: Options
     """From a mesh in memory to its occluder.  ``cell_size`` in world units."""
     solid = stages.solid(shape, options)
     made: dict[str, int] = {}
-    if options.may_use_stencil:
+    if options.sections.slicer == "gl":
         made["surface"] = solid + stages.surface(shape)
     made["sections"] = solid + stages.sections(shape, options.sections)
     made["refine"] = solid + stages.refine(size, shape, options)

@@ -139,13 +139,13 @@ class SimplifyOptions(OptionSet):
         0.001, "Stop adding polygons when the next one raises the occlusion measure by less than"
         " this.", low=0.0, high=1.0,
     )  # fmt: skip
-    slicer: Slicing | None = option(
-        None, "What cuts the sections: cpu, or gl for the OpenGL stencil buffer.",
-        absent="by device",
-    )  # fmt: skip
+    slicer: Slicing = option(
+        "cpu",
+        "What cuts the sections: cpu, or gl for the OpenGL stencil buffer, which takes longer.",
+    )
     device: DeviceChoice = option(
         "cpu", "What draws and measures: cpu, gpu (a graphics card, by OpenGL), or auto (the card,"
-        " if there is one).",
+        " if there is one). The result is the same.",
     )  # fmt: skip
     preset: Preset = option(
         "balanced", "How much time to spend: draft, balanced or best.", group="Quality"

@@ -138,7 +138,7 @@ class SectionOptions(OptionSet):
     """Most planes tried in a depth bin, 1 to 1024.  Up to 128 voxels the step alone counts; past
     that this keeps the time from growing with the cube of the resolution."""
 
-    slicer: Slicing | None = shared(SimplifyOptions, "slicer")
+    slicer: Slicing = shared(SimplifyOptions, "slicer")
     """``cpu`` samples the grid; ``gl`` draws the voxel mesh into an OpenGL stencil buffer; None is
     what belongs to the device."""
 
@@ -243,17 +243,11 @@ class Options(OptionSet):
     """World units that the occluder keeps to, above 0; None for what the resolution gives."""
 
     device: DeviceChoice = shared(SimplifyOptions, "device")
-    """What draws the original, judges candidates and, if no slicer is named, cuts sections."""
+    """What draws the original and judges candidates."""
 
     time_limit: float | None = shared(SimplifyOptions, "time_limit")
     """Seconds from mesh to occluder, above 0: less shortens the preset's work, more goes on
     refining, whatever the moves.  None takes as long as the preset's work does."""
-
-    @property
-    def may_use_stencil(self) -> bool:
-        """Whether OpenGL's stencil buffer cuts the sections, or may."""
-        slicer = self.sections.slicer
-        return slicer == "gl" or (slicer is None and self.device != "cpu")
 
     @property
     def fine_room(self) -> bool:

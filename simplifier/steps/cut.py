@@ -31,7 +31,7 @@ from simplifier.voxel.surface import voxel_mesh
 @contextmanager
 def open_slicer(solid: Solid, options: Options, watch: Stopwatch) -> Iterator[Slicer]:
     """What cuts the core of the solid: samples of its grid, or its mesh in the stencil buffer."""
-    if (options.sections.slicer or open_device(options.device).slicer) == "cpu":
+    if options.sections.slicer == "cpu":
         yield GridSampler(solid.core)
         return
     with watch.stage("surface"):

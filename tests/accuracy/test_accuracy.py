@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from simplifier.accuracy import accuracy
+from simplifier.accuracy import silhouette_views
 from simplifier.accuracy.accuracy import (
     AccuracyOptions,
     evaluate_accuracies,
@@ -163,7 +163,7 @@ def test_neither_threads_nor_blocks_change_the_report(monkeypatch):
     whole = evaluate_accuracy(mesh, occluder, SMALL)
     monkeypatch.setenv("OCCLUDER_THREADS", "1")
     assert_same(whole, evaluate_accuracy(mesh, occluder, SMALL))
-    monkeypatch.setattr(accuracy, "_BLOCK_BYTES", 1)
+    monkeypatch.setattr(silhouette_views, "_BLOCK_BYTES", 1)
     assert_same(whole, evaluate_accuracy(mesh, occluder, SMALL))
 
 

@@ -12,10 +12,10 @@ from simplifier.accuracy.accuracy import (
     AccuracyOptions,
     evaluate_accuracies,
     evaluate_accuracy,
-    mean_quad_areas,
 )
 from simplifier.accuracy.verdict import LEAST_COVERAGE
 from simplifier.geometry.views import random_directions
+from simplifier.kernels.random_quads import mean_quad_areas
 from tests.solids import NOTHING, as_occluder, box, joined, sphere
 
 

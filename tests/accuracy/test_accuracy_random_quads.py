@@ -9,8 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.accuracy.accuracy import sampled_quad_pixels
-from simplifier.kernels.random_quads import exact_quad_pixels
+from simplifier.kernels.random_quads import exact_quad_pixels, sampled_quad_pixels
 
 
 def packed(masks):

@@ -68,7 +68,7 @@ def test_where_the_original_shows_nothing_all_of_it_is_overhang():
 def test_blocks_of_views_change_nothing(monkeypatch):
     mesh, occluder = sphere(1.0), as_occluder(moved(box(), 1.7, -0.6))
     whole = measure_overhang(mesh, occluder, LINES)
-    monkeypatch.setattr("simplifier.accuracy.accuracy._BLOCK_BYTES", 1)
+    monkeypatch.setattr("simplifier.accuracy.silhouette_views._BLOCK_BYTES", 1)
     parts = measure_overhang(mesh, occluder, LINES)
     assert np.array_equal(whole.by_view, parts.by_view)
     assert whole.stick_out == parts.stick_out > 0.0

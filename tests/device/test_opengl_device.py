@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from simplifier.device import exact_program, opengl_device, programs
+from simplifier.device import exact_program, opengl_device
+from simplifier.device.card import LostError
 from simplifier.device.device import PROCESSOR
 from simplifier.device.opengl_device import OpenGLDevice
 from simplifier.errors import BackendUnavailableError
@@ -28,7 +29,7 @@ def drawn(device):
 
 
 def test_what_does_not_fit_into_a_buffer_is_drawn_by_the_processor(device, monkeypatch):
-    monkeypatch.setattr(device, "_largest", 100)
+    monkeypatch.setattr(device._card, "largest", 100)
     monkeypatch.setattr(opengl_device, "CoverageProgram", None)  # which would not be called
     assert (drawn(device) == drawn(PROCESSOR)).all()
 
@@ -38,9 +39,9 @@ def test_what_a_card_could_not_draw_is_drawn_by_the_processor(device, monkeypatc
 
     def lost(*_):
         asked.append(1)
-        raise programs.LostError
+        raise LostError
 
-    monkeypatch.setattr("simplifier.device.coverage_program.read", lost)
+    monkeypatch.setattr(device._card, "read", lost)
     assert (drawn(device) == drawn(PROCESSOR)).all()
     assert asked == [1]
 

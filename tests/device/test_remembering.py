@@ -116,4 +116,4 @@ def test_other_devices_stay_what_they_are():
     other = Other()
     assert remembering(other) is other
     device = remembering(Processor(("slow",)))
-    assert (device.remarks, device.name, device.slicer) == (("slow",), "cpu", "cpu")
+    assert (device.remarks, device.name) == (("slow",), "cpu")

@@ -90,6 +90,8 @@ class Kernel:
         """The kernel as numba compiles it itself, for whatever types it is called with."""
         import numba
 
+        # For the reason that loading.py gives; read when the first function is compiled.
+        numba.config.USE_LLVMLITE_MEMORY_MANAGER = 1
         return numba.njit(nogil=True, error_model="numpy", forceinline=self.inline, **options)(
             self.function
         )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -32,6 +35,54 @@ def test_arrays_that_a_kernel_makes_live_on():
     arrays = [part for one in found for part in one if isinstance(part, np.ndarray)]
     assert arrays
     assert len({array.tobytes() for array in arrays}) == len(arrays) // 50
+
+
+_SCATTERED = """
+import ctypes, sys
+
+libc = ctypes.CDLL(None, use_errno=True)
+libc.mmap.restype = ctypes.c_void_p
+libc.mmap.argtypes = [ctypes.c_void_p, *[ctypes.c_size_t] * 5]
+libc.munmap.argtypes = [ctypes.c_void_p, ctypes.c_size_t]
+
+def reserved(size):
+    private, anonymous, without_memory = 2, 0x20, 0x4000
+    flags = private | anonymous | without_memory
+    place = libc.mmap(None, size, 0, flags, ctypes.c_size_t(-1).value, 0)
+    assert place != ctypes.c_void_p(-1).value
+    return place
+
+import numpy as np
+from simplifier.kernels import annealing, coverage, ears, room
+
+for size in (1 << power for power in range(26, 11, -2)):
+    for _ in range(64):
+        reserved(size)
+for _ in range(256):
+    reserved(8 << 30)
+    hole = int(sys.argv[1])
+    libc.munmap(reserved(hole), hole)
+reserved(8 << 30)
+
+square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+call = ears.clip_ears if sys.argv[2] == "kept" else ears.clip_ears.compiled_by_numba
+print(call(square, 100, np.zeros((2, 3), np.int64)))
+from simplifier.kernels.compiled.library import load_all
+if sys.argv[2] == "kept":
+    load_all()
+"""
+"""What the driver of a graphics card does to the addresses of a process, in small."""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reserves addresses as Linux does")
+@pytest.mark.parametrize("code", ["kept", "compiled"])
+@pytest.mark.parametrize("hole", [0x4000, 0x10000])
+def test_code_is_loaded_where_free_addresses_are_far_apart(code, hole, ears):
+    """Beside the driver of an H200 the linker put constants more than 2 GiB from what reads them,
+    and ended the process."""
+    command = [sys.executable, "-c", _SCATTERED, str(hole), code]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "2\n"), done.stderr
 
 
 @pytest.mark.parametrize("place", [-1, 200, 5000])

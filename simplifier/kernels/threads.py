@@ -2,8 +2,8 @@
 
 Plain Python threads around ``nogil`` kernels instead of numba's ``prange``: the OpenMP layer dies
 after a fork, the workqueue layer aborts when two threads call in, and ``parallel=True`` triples the
-compile time.  A start costs some 50 to 200 microseconds, so every thread starts the next one before
-a chunk, as long as there are more: work that is soon done never waits for sixteen starts.
+compile time.  A start costs some 50 to 200 microseconds, so each thread starts the next one, if there
+is work for it: the caller of little work does not wait for the starts of sixteen.
 """
 
 from __future__ import annotations
@@ -122,14 +122,17 @@ class _Chunks:
             helper.start()
 
     def run(self) -> None:
-        """Work until nothing is left, or someone failed."""
+        """Start the next helper, if there is work for it; then work until nothing is left, or
+        someone failed."""
+        first = True
         while not self.stopped:
             index = next(self._next)
             if index >= len(self):
                 return
             try:
-                if index + 1 < len(self):
+                if first and index + 1 < len(self):
                     self.start_helper()
+                first = False
                 self._work(*self._edges[index : index + 2])
                 self.done.append(index)
             except BaseException as error:

@@ -67,11 +67,13 @@ class StencilSlicer:
         with self._buffer:
             # Results are asked for at the end: asking makes the processor wait for the drawing.
             counts = {}
-            for slot, index in enumerate(self._sweep(plan, np.arange(len(plan)))):
-                counts[index] = self._buffer.start_count(slot)
-                tell(slot / len(plan))
-            for index, count in counts.items():
-                areas[index] = count()
+            try:
+                for slot, index in enumerate(self._sweep(plan, np.arange(len(plan)))):
+                    counts[index] = self._buffer.start_count(slot)
+                    tell(slot / len(plan))
+            finally:  # even of a cut that ends early, for the sake of the next
+                for index, count in counts.items():
+                    areas[index] = count()
         return areas
 
     def masks(self, plan: SamplingPlan, planes: NDArray[np.int64]) -> list[BoolArray]:

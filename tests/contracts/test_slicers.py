@@ -265,14 +265,18 @@ def test_real_meshes(slicer_of, real_grid, name):
 
 
 @pytest.mark.parametrize("name", sorted(REAL))
-def test_backends_choose_slices_of_the_same_area(slicer_of, real_grid, name):
-    """Pixels on voxel faces may differ, so areas may by a few pixels; never the picture."""
+def test_backends_cut_the_same_slices_but_for_pixels_at_voxel_faces(slicer_of, real_grid, name):
+    """Of 902 planes one differs by Mesa and 55 by an H200, which moves corners by half of 1/256
+    pixel: of a plane that runs beside a face, a line of pixels may go either way."""
     grid = real_grid(name)
     plan = plan_sections(grid, SectionOptions(directions=8))
-    expected = GridSampler(grid).areas(plan)
-    difference = np.abs(slicer_of(grid).areas(plan) - expected)
-    assert (difference <= 3 + expected // 100).all()
-    assert np.count_nonzero(difference) < len(plan) // 20
+    slicer, sampler = slicer_of(grid), GridSampler(grid)
+    differing = np.flatnonzero(slicer.areas(plan) != sampler.areas(plan))
+    assert len(differing) < len(plan) // 10
+    pairs = zip(slicer.masks(plan, differing), sampler.masks(plan, differing), strict=True)
+    for index, (mask, expected) in zip(differing, pairs, strict=True):
+        _, clear = reference(grid.inside, plan.frames[plan.frame_of[index]], plan.depths[index])
+        assert not ((mask != expected) & clear).any()
 
 
 def test_closing_a_stencil_slicer_twice_does_no_harm(slicer_of):

@@ -2,8 +2,8 @@
 
 Plain Python threads around ``nogil`` kernels instead of numba's ``prange``: the OpenMP layer dies
 after a fork, the workqueue layer aborts when two threads call in, and ``parallel=True`` triples the
-compile time.  A start costs some 50 to 200 microseconds, so each thread starts the next one, if there
-is work for it: the caller of little work does not wait for the starts of sixteen.
+compile time.  A start costs some 50 to 200 microseconds, so each thread starts the next one, if
+there is work for it: the caller of little work does not wait for the starts of sixteen.
 """
 
 from __future__ import annotations

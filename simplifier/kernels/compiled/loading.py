@@ -97,8 +97,8 @@ def _engine() -> Any:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine(jit=True)
-    # Sections of a file refer to one another within 2 GiB.  Left alone, LLVM puts each where there is
-    # room, and the driver of a graphics card leaves room in places further apart: it then aborts.
+    # Sections of a file refer to one another within 2 GiB.  Left alone LLVM puts each where there
+    # is room, which beside the driver of a graphics card is further apart, and ends the process.
     return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine, use_lmm=True)
 
 

@@ -34,16 +34,17 @@ def test_what_does_not_fit_into_a_buffer_is_drawn_by_the_processor(device, monke
     assert (drawn(device) == drawn(PROCESSOR)).all()
 
 
-def test_what_a_card_could_not_draw_is_drawn_by_the_processor(device, monkeypatch):
+def test_what_a_card_could_not_draw_is_drawn_by_the_processor(device, monkeypatch, caplog):
     asked = []
 
     def lost(*_):
         asked.append(1)
-        raise LostError
+        raise LostError("GL_OUT_OF_MEMORY")
 
     monkeypatch.setattr(device._card, "read", lost)
     assert (drawn(device) == drawn(PROCESSOR)).all()
     assert asked == [1]
+    assert "the processor does the work: GL_OUT_OF_MEMORY" in caplog.text
 
 
 def test_a_closed_device_draws_by_the_processor(device):

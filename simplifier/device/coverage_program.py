@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Generator, Sequence
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -50,16 +51,17 @@ class CoverageProgram:
     ) -> MaskArray:
         """(V, rows, words) of a shape with faces."""
         masks = np.empty((len(views), image[0], -(-image[1] // 64)), dtype=np.uint64)
-        for first, last, drawn in self.in_blocks([shape], views, image):
-            masks[first:last] = self._card.read(drawn, np.uint64, masks[first:last].shape)
-            tell(last / len(views))
+        with closing(self.in_blocks([shape], views, image)) as blocks:
+            for first, last, drawn in blocks:
+                masks[first:last] = self._card.read(drawn, np.uint64, masks[first:last].shape)
+                tell(last / len(views))
         return masks
 
     def in_blocks(
         self, shapes: Sequence[Shape], views: NDArray[np.float64], image: tuple[int, int]
-    ) -> Iterator[tuple[Any, ...]]:
+    ) -> Generator[tuple[Any, ...]]:
         """First and last (exclusive) of some views, and a buffer a shape with its bit rows in them,
-        which lies on the card until the next is asked for.
+        which lies on the card until the next is asked for, or this is closed.
         """
         drawn = [index for index, (_, faces) in enumerate(shapes) if len(faces) > 0]
         on_card = self._card.geometries([shapes[index] for index in drawn])

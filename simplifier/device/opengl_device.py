@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from functools import cached_property
 from threading import RLock
 from typing import Any, TypeVar
@@ -122,15 +122,12 @@ class OpenGLDevice:
         shapes, views = self._drawable(mesh, occluders, projections, image)
 
         def count() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-            areas, pixels = zip(
-                *(
+            with closing(self._coverage.in_blocks(shapes, views, (image, image))) as blocks:
+                counted = [
                     self._quads.pixels(original, hidden, last - first, image, sample.after(first))
-                    for first, last, original, *hidden in self._coverage.in_blocks(
-                        shapes, views, (image, image)
-                    )
-                ),
-                strict=True,
-            )
+                    for first, last, original, *hidden in blocks
+                ]
+            areas, pixels = zip(*counted, strict=True)
             return np.concatenate(areas), np.concatenate(pixels, axis=1)
 
         return self._done(
@@ -150,15 +147,12 @@ class OpenGLDevice:
         shapes, views = self._drawable(mesh, occluders, projections, image)
 
         def count() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-            pixels, farthest = zip(
-                *(
+            with closing(self._coverage.in_blocks(shapes, views, (image, image))) as blocks:
+                counted = [
                     self._overhang.pixels(original, hidden, last - first, image)
-                    for first, last, original, *hidden in self._coverage.in_blocks(
-                        shapes, views, (image, image)
-                    )
-                ),
-                strict=True,
-            )
+                    for first, last, original, *hidden in blocks
+                ]
+            pixels, farthest = zip(*counted, strict=True)
             return np.concatenate(pixels, axis=1), np.concatenate(farthest, axis=1)
 
         return self._done(

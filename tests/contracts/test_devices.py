@@ -256,6 +256,23 @@ def test_many_views_in_blocks_tell_their_share_and_end_when_told_to(device, monk
     assert (device.coverage_masks(ball.vertices, ball.faces, maps, 32, 32) == whole).all()
 
 
+def test_pictures_that_end_early_leave_nothing_on_the_card(other):
+    ball, maps = sphere(1.0), np.ascontiguousarray(seen_from(9, 32)[:, :2])
+
+    def draw(tell):
+        other.coverage_masks(ball.vertices, ball.faces, maps, 32, 32, tell)
+
+    def enough(share):
+        assert len(other._card._mapped) == 1  # it was read, and is still there
+        raise KeyError
+
+    draw(lambda share: None)
+    with pytest.raises(KeyError) as caught:
+        draw(enough)
+    assert caught.traceback  # which holds all that ran
+    assert not other._card._mapped
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_candidates_score_as_one_by_one(device, seed):
     candidates = random_candidates(seed, 24)

@@ -22,6 +22,7 @@ from pydantic_settings import SettingsError as SourceError
 from service.errors import SettingsError
 from service.keep import Keep
 from service.logs import LogForm
+from simplifier.control_groups import allowed_processors
 
 _MIB = 1 << 20
 
@@ -42,13 +43,6 @@ _OTHERS = {"OCCLUDER_KEY", "OCCLUDER_SERVER", "OCCLUDER_THREADS"}
 """Variables of that prefix that commands and the library read."""
 _BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[\w!.*'()-]+)*/?")
 _UNITS = (("GiB", 1 << 30), ("MiB", 1 << 20))
-
-
-def processors() -> int:
-    """That this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _network(told: object) -> object:
@@ -123,7 +117,7 @@ class Settings(BaseSettings):
         "share the database; ray, the nodes to which 'occluder dispatch' offers them.",
     )
     workers: int = Field(
-        default_factory=processors, ge=1, le=256, description="Jobs done at the same time."
+        default_factory=allowed_processors, ge=1, le=256, description="Jobs done at the same time."
     )
     attempts: int = Field(
         3, ge=1, le=20, description="How often a job whose process dies is tried."

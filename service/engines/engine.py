@@ -17,7 +17,8 @@ from service.engines.trouble import Trouble
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
-from service.settings import Settings, processors
+from service.settings import Settings
+from simplifier.control_groups import allowed_processors
 
 LIBRARY_WORK = "service.engines.work.start:start"
 """What worker processes run: the library's part is imported there and nowhere else."""
@@ -118,5 +119,5 @@ class Engine:
     def _fair_threads(self) -> int:
         """One a processor where a job is alone, else a fair share of them."""
         if self._shop.running.count == 1:
-            return processors()
-        return max(1, processors() // self.workers)
+            return allowed_processors()
+        return max(1, allowed_processors() // self.workers)

@@ -24,7 +24,7 @@ from service.jobs.progress import ProgressBoard
 from service.jobs.turns import Shares
 from service.logs import log_as
 from service.ray_cluster.nodes import UnfitNodeError, check_node
-from service.settings import Settings, processors, read_settings
+from service.settings import Settings, read_settings
 from service.storage.data_folder import FolderInUseError
 from service.storage.offer_store import SqlOffers
 from service.storage.opening import (
@@ -120,7 +120,7 @@ def _storage_of_one(told: Settings) -> Iterator[tuple[Settings, Storage]]:
     So one that follows a killed process empties its scratch, and finds its copies of inputs.
     """
     # Copies of inputs are each process's own, and share the room.
-    cache = told.blob_cache // max(1, os.cpu_count() or processors())
+    cache = told.blob_cache // (os.cpu_count() or 1)
     for number in range(_PLACES):
         folder = told.data / f"ray-{number}"
         settings = told.model_copy(update={"data": folder, "blob_cache": cache, "workers": 1})

@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from threading import Event, Thread
 from typing import Generic, TypeVar
 
+from simplifier.control_groups import allowed_processors
 from simplifier.kernels.compiled.waiting import load_imported
 from simplifier.progress import TellShare, silent
 
@@ -23,9 +24,7 @@ def thread_count() -> int:
     setting = os.environ.get("OCCLUDER_THREADS", "")
     if setting.isdecimal() and int(setting) > 0:
         return int(setting)
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+    return allowed_processors()
 
 
 _GLANCE = 0.01  # seconds that the caller waits at most before it tells again

@@ -22,7 +22,6 @@ from pydantic_settings import SettingsError as SourceError
 from service.errors import SettingsError
 from service.keep import Keep
 from service.logs import LogForm
-from simplifier.control_groups import allowed_processors
 
 _MIB = 1 << 20
 
@@ -43,6 +42,14 @@ _OTHERS = {"OCCLUDER_KEY", "OCCLUDER_SERVER", "OCCLUDER_THREADS"}
 """Variables of that prefix that commands and the library read."""
 _BUCKET = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[\w!.*'()-]+)*/?")
 _UNITS = (("GiB", 1 << 30), ("MiB", 1 << 20))
+
+
+def processors() -> int:
+    """That this process may use."""
+    # Not above: nothing that a server imports needs the library.
+    from simplifier.control_groups import allowed_processors
+
+    return allowed_processors()
 
 
 def _network(told: object) -> object:
@@ -117,7 +124,7 @@ class Settings(BaseSettings):
         "share the database; ray, the nodes to which 'occluder dispatch' offers them.",
     )
     workers: int = Field(
-        default_factory=allowed_processors, ge=1, le=256, description="Jobs done at the same time."
+        default_factory=processors, ge=1, le=256, description="Jobs done at the same time."
     )
     attempts: int = Field(
         3, ge=1, le=20, description="How often a job whose process dies is tried."

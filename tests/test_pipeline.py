@@ -505,20 +505,21 @@ def test_opengl_does_as_well_as_the_sampler():
     assert theirs.precision == pytest.approx(ours.precision, abs=0.005)
 
 
-def test_a_device_changes_nothing_but_the_slicer(monkeypatch):
+def test_a_device_changes_nothing(monkeypatch):
     """With front asked for, it draws every kind of picture that a search looks at."""
     options = {"budget": 24, "resolution": 16, "moves": 150, "front": 0.01}
     if open_device("gpu").name == "cpu":
         pytest.skip(*open_device("gpu").remarks)
     # Else the processor would stand in for what OpenGL fails at.
-    monkeypatch.setattr(opengl_device, "suppress", lambda *_: nullcontext())
+    monkeypatch.setattr(opengl_device, "forgiven", nullcontext)
     diary = Diary()
     ours = run(sphere(), **options)
-    drawn = run(sphere(), device="gpu", slicer="cpu", **options)
+    drawn = run(sphere(), diary, device="gpu", **options)
     assert drawn.occluder.vertices.tobytes() == ours.occluder.vertices.tobytes()
     assert ours.warnings == ()
-    run(sphere(), diary, device="gpu", **{**options, "moves": 0})
-    assert "surface" in diary.begun  # which the stencil buffer needs
+    assert "surface" not in diary.begun  # which only the stencil buffer needs
+    run(sphere(), diary, slicer="gl", **{**options, "moves": 0})
+    assert "surface" in diary.begun
 
 
 def test_without_opengl_the_message_says_what_to_install(monkeypatch):

@@ -17,8 +17,7 @@ from service.engines.trouble import Trouble
 from service.jobs.job import Job
 from service.jobs.progress import ProgressBoard
 from service.jobs.stores import BlobStore, JobStore
-from service.settings import Settings
-from simplifier.control_groups import allowed_processors
+from service.settings import Settings, processors
 
 LIBRARY_WORK = "service.engines.work.start:start"
 """What worker processes run: the library's part is imported there and nowhere else."""
@@ -119,5 +118,5 @@ class Engine:
     def _fair_threads(self) -> int:
         """One a processor where a job is alone, else a fair share of them."""
         if self._shop.running.count == 1:
-            return allowed_processors()
-        return max(1, allowed_processors() // self.workers)
+            return processors()
+        return max(1, processors() // self.workers)

@@ -284,7 +284,11 @@ def test_a_claim_costs_as_little_with_100_000_waiting(crowded: SqlJobStore) -> N
         times.append(time.perf_counter() - start)
     assert [job.tenant for job in begun[:3]] == ["flood", "studio", "flood"]
     assert begun[1].id == single.id
-    assert sorted(times)[10] < 0.05  # reading the line alone takes longer
+    with crowded._database.reading() as session:  # by the same machine, busy as it is
+        start = time.perf_counter()
+        assert len(session.execute(text("SELECT id, priority, created FROM jobs")).all()) > 99_999
+        reading = time.perf_counter() - start
+    assert sorted(times)[10] < reading / 5  # an idle machine takes a thirtieth
 
 
 def test_a_claim_is_found_by_indexes_alone(crowded: SqlJobStore) -> None:

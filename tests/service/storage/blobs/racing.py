@@ -13,7 +13,7 @@ from service.jobs.job import Blob
 from service.jobs.stores import BlobStore
 from tests.service.storage.blobs.blob_store_contract import blob_of
 
-_SECONDS = 20.0
+_SECONDS = 60.0
 
 
 class Rows:

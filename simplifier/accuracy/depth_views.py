@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from simplifier.accuracy.accuracy import checked_directions
-from simplifier.errors import MeshError
+from simplifier.accuracy.silhouette_views import occluder_refused
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere, image_axes
@@ -59,7 +59,5 @@ class DepthViews:
 
         Raises :class:`~simplifier.errors.MeshError` when the occluder's arrays cannot be drawn.
         """
-        try:
+        with occluder_refused():
             return count(self.mesh, self.occluder, self.projections, ACROSS)
-        except ValueError as error:
-            raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error

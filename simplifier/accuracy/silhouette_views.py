@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -18,6 +19,15 @@ from simplifier.kernels.coverage import MaskArray
 _BLOCK_BYTES = 1 << 26  # masks held at once, original and occluders together
 
 _Counted = TypeVar("_Counted")
+
+
+@contextmanager
+def occluder_refused() -> Iterator[None]:
+    """Tell of a ValueError as a fault of the occluder: a mesh is checked when it is made."""
+    try:
+        yield
+    except ValueError as error:
+        raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,10 +81,8 @@ class SilhouetteViews:
 
         Raises :class:`~simplifier.errors.MeshError` when an occluder's arrays cannot be drawn.
         """
-        try:
+        with occluder_refused():
             return count(self.mesh, self.occluders, self.projections[first:last], self.image)
-        except ValueError as error:
-            raise MeshError(str(error), where="occluder", remedy="repair its arrays") from error
 
     def masks(self, device: Device, first: int, last: int) -> list[MaskArray]:
         """Bit rows of the mesh and of each occluder, as of

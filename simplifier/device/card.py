@@ -145,12 +145,11 @@ class Card:
         return content
 
     def _filled(self, content: Filled) -> Any:
-        found = next((one for one in self._spare if one.size == content.size), None)
-        if found is None:
+        buffer = next((one for one in self._spare if one.size == content.size), None)
+        if buffer is None:
             buffer = self.context.buffer(reserve=content.size)
         else:
-            buffer = found
-            self._spare.remove(found)
+            self._spare.remove(buffer)
         buffer.bind_to_storage_buffer(7)  # of no other program
         count = content.size // 4
         groups = min(-(-count // GROUP), MOST_GROUPS)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.device.card import Card, Filled, Geometry, Shape
+from simplifier.device.card import GROUP, Card, Filled, Geometry, Shape
 from simplifier.device.programs import LOOP, TRIANGLES, draw, view_blocks
 
 _NARROWEST = "1e-9LF"  # pixels, as of the kernels
@@ -87,10 +87,11 @@ void draw_row(int view, int row, Corner low, Corner middle, Corner high) {
 }
 """
 
+_COLUMNS = 4  # of an invocation, for few faces
+_FEW = 4096  # faces
+
 _NEAREST_OF_ROW = """
 uniform double threshold;
-
-const int COLUMNS = 4;  // of an invocation
 
 struct Held { double x0; double depth; double slope; int first; int last; };
 shared Held held[64];
@@ -138,11 +139,8 @@ void main() {
         nearest[pixel + 1] = least[at].y;
     }
 }
-"""
+""".replace("COLUMNS", str(_COLUMNS))
 """The same for few faces, which are large: not a pixel is written twice."""
-
-_FEW = 4096  # faces
-_COLUMNS = 256  # of a work group
 
 _FAR = 0xFFFFFFFF  # both words of a pixel where nothing is
 
@@ -178,7 +176,7 @@ _COUNT = """#version 430
 layout(local_size_x = 64) in;
 layout(std430, binding = 4) readonly buffer Pictures { uint pictures[]; };
 layout(std430, binding = 5) buffer Counted { uvec2 counted[]; };
-uniform int words, settled;  // words of a view
+uniform int words, settled;  // of a view; of all views, behind which the settled pixels lie
 
 shared uint seen, front;
 
@@ -266,7 +264,7 @@ class DepthProgram:
         if len(shape.faces) <= _FEW:
             shape.bind()
             self._card.run(
-                self._nearest_of_row, (image, len(views), -(-image // _COLUMNS)),
+                self._nearest_of_row, (image, len(views), -(-image // (GROUP * _COLUMNS))),
                 vertex_count=shape.points.shape[1], face_count=len(shape.faces),
                 rows=image, columns=image, axes=3, threshold=threshold,
             )  # fmt: skip

@@ -122,12 +122,12 @@ class OpenGLDevice:
         shapes, views = self._drawable(mesh, occluders, projections, image)
 
         def count() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-            with closing(self._coverage.in_blocks(shapes, views, (image, image))) as blocks:
-                counted = [
-                    self._quads.pixels(original, hidden, last - first, image, sample.after(first))
-                    for first, last, original, *hidden in blocks
-                ]
-            areas, pixels = zip(*counted, strict=True)
+            areas, pixels = self._counted(
+                shapes, views, image,
+                lambda original, hidden, first, last: self._quads.pixels(
+                    original, hidden, last - first, image, sample.after(first)
+                ),
+            )  # fmt: skip
             return np.concatenate(areas), np.concatenate(pixels, axis=1)
 
         return self._done(
@@ -147,12 +147,12 @@ class OpenGLDevice:
         shapes, views = self._drawable(mesh, occluders, projections, image)
 
         def count() -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-            with closing(self._coverage.in_blocks(shapes, views, (image, image))) as blocks:
-                counted = [
-                    self._overhang.pixels(original, hidden, last - first, image)
-                    for first, last, original, *hidden in blocks
-                ]
-            pixels, farthest = zip(*counted, strict=True)
+            pixels, farthest = self._counted(
+                shapes, views, image,
+                lambda original, hidden, first, last: self._overhang.pixels(
+                    original, hidden, last - first, image
+                ),
+            )  # fmt: skip
             return np.concatenate(pixels, axis=1), np.concatenate(farthest, axis=1)
 
         return self._done(
@@ -226,6 +226,23 @@ class OpenGLDevice:
             points, faces, views = drawable(*surface, projections, (2, image, image))
             shapes.append((points, faces))
         return shapes, views
+
+    def _counted(
+        self,
+        shapes: Sequence[Shape],
+        views: NDArray[np.float64],
+        image: int,
+        count: Callable[[Any, Sequence[Any], int, int], tuple[NDArray[Any], NDArray[Any]]],
+    ) -> Iterator[tuple[NDArray[Any], ...]]:
+        """The first results of ``count``, and the second ones: each a block of views.
+
+        It is given the silhouettes of the first shape and of the others, and which views these are.
+        """
+        with closing(self._coverage.in_blocks(shapes, views, (image, image))) as blocks:
+            counted = [
+                count(original, hidden, first, last) for first, last, original, *hidden in blocks
+            ]
+        return zip(*counted, strict=True)
 
     def _done(
         self,

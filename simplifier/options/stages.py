@@ -139,8 +139,7 @@ class SectionOptions(OptionSet):
     that this keeps the time from growing with the cube of the resolution."""
 
     slicer: Slicing = shared(SimplifyOptions, "slicer")
-    """``cpu`` samples the grid; ``gl`` draws the voxel mesh into an OpenGL stencil buffer; None is
-    what belongs to the device."""
+    """``cpu`` samples the grid; ``gl`` draws the voxel mesh into an OpenGL stencil buffer."""
 
 
 @dataclass(frozen=True)

@@ -20,14 +20,20 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+# What is installed, each with all before it: the command, what serves it, and what tests and docs need.
+COMMAND := $(VENV)/.command
+SERVICE := $(VENV)/.service
 READY := $(VENV)/.ready
+# Python compiles what is imported when it is: of what there is, pip would compile all, for as long
+# as the rest of the command takes to install.
+INSTALL := $(BIN)/pip install --quiet --no-compile -c constraints.txt
 
-# What tests and tools load is compiled once, also where the machine is set to keep nothing.
+# What is loaded is compiled once, also where the machine is set to keep nothing.
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: demo test kernels collected test-slow test-faults test-cluster mutants test-pages test-blender fuzz check serve wheel docker-check docs openapi bench clean
 
-demo: $(READY)
+demo: $(COMMAND)
 	mkdir -p out/demo
 	$(BIN)/python -m examples.castle out/demo/castle.glb
 	$(BIN)/python -m examples.city out/demo/town.glb --buildings 60
@@ -53,7 +59,7 @@ test-faults: $(READY)
 	$(BIN)/python -m pytest -m faults -rP
 
 test-cluster: $(READY)
-	$(BIN)/pip install --quiet -c constraints.txt -e '.[ray]'
+	$(INSTALL) -e '.[ray]'
 	$(BIN)/python -m pytest -m cluster -rP
 
 # MUTANTS_ONLY="leases core": the files whose names hold one of these.
@@ -82,7 +88,7 @@ FUZZ_SEED ?= $(shell date +%j%H%M)
 FUZZ_TARGETS ?=
 
 fuzz: $(READY)
-	$(if $(filter guided,$(FUZZ_ENGINE)),$(BIN)/pip install --quiet -c constraints.txt -e '.[fuzz]')
+	$(if $(filter guided,$(FUZZ_ENGINE)),$(INSTALL) -e '.[fuzz]')
 	$(BIN)/python -m tests.fuzz --seconds $(FUZZ_SECONDS) --processes $(FUZZ_PROCESSES) \
 		--engine $(FUZZ_ENGINE) --seed $(FUZZ_SEED) $(FUZZ_TARGETS)
 	$(if $(FUZZ_TARGETS),,$(BIN)/python -m tests.fuzz.growth)
@@ -100,7 +106,7 @@ check: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-serve: $(READY)
+serve: $(SERVICE)
 	$(BIN)/occluder serve
 
 wheel: $(READY)
@@ -117,7 +123,7 @@ openapi: $(READY)
 	$(BIN)/python -m service.openapi
 
 bench: $(READY)
-	$(BIN)/pip install --quiet -c constraints.txt -e '.[bench]'
+	$(INSTALL) -e '.[bench]'
 	$(BIN)/python -m bench.start
 	$(BIN)/python -m bench.speed
 	$(BIN)/python -m bench.quality
@@ -125,10 +131,20 @@ bench: $(READY)
 	$(BIN)/python -m bench.service_load
 	$(BIN)/python -m bench.slower
 
-# Installed once, and again when what it depends on changes.
-$(READY): pyproject.toml constraints.txt
+# Installed once, and again when what it depends on changes.  The pip that comes with an older Python
+# takes twice as long to find what goes together.
+$(COMMAND): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet -c constraints.txt -e '.[gl,cluster,dev,docs]'
+	$(INSTALL) --upgrade pip
+	$(INSTALL) -e .
+	touch $@
+
+$(SERVICE): $(COMMAND)
+	$(INSTALL) -e '.[service]'
+	touch $@
+
+$(READY): $(COMMAND)
+	$(INSTALL) -e '.[gl,cluster,dev,docs]'
 	touch $@
 
 clean:

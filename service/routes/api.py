@@ -22,6 +22,7 @@ from service.routes import (
     progress,
     results,
     submit,
+    tradeoff,
 )
 from service.routes.docs import refusal
 from service.schemas.asset import AssetBody
@@ -46,7 +47,18 @@ _DESCRIPTION = (
     "to do. A key is needed as soon as others than the service's own machine can reach it."
 )
 
-_ROUTES = (submit, jobs, progress, results, assets, deliveries, keys, health, explanations)
+_ROUTES = (
+    submit,
+    tradeoff,
+    jobs,
+    progress,
+    results,
+    assets,
+    deliveries,
+    keys,
+    health,
+    explanations,
+)
 
 _WRITTEN_BY_ROUTES = (JobBody, Result, AssetBody, Problem)
 _OF_FASTAPI = "HTTPValidationError"

@@ -1,40 +1,26 @@
-"""The kinds of job, each by the route that takes it in.
+"""The kinds of job that bring what they are about as an upload, each by the route that takes it in.
 
-All but one bring what they are about as an upload, that one has it already: the mesh of an
-asset's latest run.  Whichever it is, it goes on as a :class:`~service.jobs.job.Submission` by
+Whichever it is, it goes on as a :class:`~service.jobs.job.Submission` by
 :meth:`Services.submit <service.routes.services.Services.submit>`.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Any
 
-from fastapi import APIRouter, Body, Request
+from fastapi import APIRouter, Request
 from fastapi.responses import Response
 
 from service.errors import InvalidOverridesError
 from service.jobs.job import JobKind
-from service.routes import actions
-from service.routes.docs import (
-    EVERYWHERE,
-    NEW_JOB,
-    RESULT_OR_JOB,
-    refusals,
-    upload_docs,
-)
-from service.routes.jobs import job_body
-from service.routes.once import OnceRoute
+from service.routes.docs import RESULT_OR_JOB, upload_docs
 from service.routes.services import KEYED, TheServices, Writer
 from service.routes.submission import submit_upload
-from service.schemas.job import JobBody
-from service.schemas.job_options import option_tables
 from service.uploads.receiving import Wanted
 from simplifier import ELEVATION_SUFFIXES, MESH_SUFFIXES
 
 router = APIRouter(prefix="/v1", tags=["submit"], dependencies=KEYED)
-_without_upload = APIRouter(route_class=OnceRoute)
 
 _MESH = Wanted("mesh", MESH_SUFFIXES, "The mesh, with a file name.")
 _OVERRIDES = Wanted(
@@ -83,8 +69,6 @@ RAW: Mapping[JobKind, tuple[str, ...]] = {
 }  # fmt: skip
 """Media types of bodies that are the first file as it is; for the last, ``filename`` says the
 format."""
-
-_SWEEP_SCHEMA = option_tables(math.inf, math.inf)[JobKind.TRADEOFF].schema()
 
 
 def _upload_route(kind: JobKind) -> dict[str, Any]:
@@ -136,32 +120,3 @@ async def find_visible_sets(request: Request, services: TheServices, caller: Wri
     """
     kind = JobKind.VISIBILITY
     return await submit_upload(request, services, caller, kind, PARTS[kind])
-
-
-@_without_upload.post(
-    "/assets/{asset_id}/tradeoff",
-    status_code=202,
-    response_description="The job.",
-    responses={202: NEW_JOB, **refusals(*EVERYWHERE, 404, 409, 507)},
-    openapi_extra={
-        "requestBody": {"content": {"application/json": {"schema": _SWEEP_SCHEMA}}},
-    },
-    summary="Measure speed against accuracy",
-)
-def measure_tradeoff(
-    asset_id: str,
-    options: Annotated[dict[str, Any], Body(description="What to measure.")],
-    response: Response,
-    services: TheServices,
-    caller: Writer,
-) -> JobBody:
-    """Many settings on the mesh of the asset's latest run, each timed and judged.
-
-    Results are `tradeoff.html` to read, and the rows as `tradeoff.csv` and `tradeoff.json`.
-    """
-    job = actions.sweep(services, caller, asset_id, options)
-    response.headers["Location"] = f"/v1/jobs/{job.id}"
-    return job_body(services, caller, job)
-
-
-router.include_router(_without_upload)

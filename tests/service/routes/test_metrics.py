@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 import threading
 import time
 
@@ -85,8 +86,13 @@ def test_answers_are_counted_by_the_template_of_their_route(fresh):
     fresh.http.get("/nowhere/at/all")
     fresh.services.metrics.count_answer("BREW", None, 405, 0.1, waited=False)
     job_id = fresh.queued()
+    documented = fresh.http.get("/openapi.json").json()["paths"]
+    for path in documented:
+        fresh.http.options(re.sub(r"{\w+}", "x", path))
     told = until_counted(fresh, ("occluder_http_responses_total", "POST", "/v1/occluders", "202"))
     by_route = "occluder_http_responses_total"
+    routes = {key[2].replace(":path}", "}") for key in told if key[:2] == (by_route, "OPTIONS")}
+    assert routes == set(documented)
     assert told[by_route, "GET", "/v1/jobs/{job_id}", "404"] == 2
     assert told[by_route, "GET", "other", "404"] == 1
     assert told[by_route, "other", "other", "405"] == 1

@@ -30,7 +30,8 @@ def test_256_wait_at_a_service_and_ctrl_c_takes_them_back(tmp_path_factory):
         (folder / f"m{i}.obj").write_bytes(BOX + f"# {i}\n".encode())
     served = running(declared, tmp_path_factory.mktemp("served") / "data")
     with served as server, Client(server.address) as client:
-        busy = client.submit(BOX, name="box.obj", options={**QUICK, "moves": 100_000_000})
+        endless = {**QUICK, "budget": 11, "moves": 100_000_000}  # one triangle fewer than the box
+        busy = client.submit(BOX, name="box.obj", options=endless)
         build = subprocess.Popen(
             [*OCCLUDER, "build", "--server", server.address], cwd=folder, text=True,
             env=environment(PYTHONPATH=declared), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL,
@@ -47,6 +48,7 @@ def test_256_wait_at_a_service_and_ctrl_c_takes_them_back(tmp_path_factory):
         taken_back = list(client.jobs(states=[JobState.CANCELLED]))
         assert len(taken_back) == UNDER_WAY
         assert {one.priority for one in taken_back} == {Priority.BULK}
+        assert client.job(busy.id).state is JobState.RUNNING
         client.cancel(busy.id)
 
 

@@ -20,6 +20,7 @@ from simplifier.geometry.occluder import AN_OCCLUDER, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
 from simplifier.io.save import save_lods, save_occluder
+from simplifier.kernels.front import import_for
 from simplifier.lods.level_plan import plan_levels
 from simplifier.lods.levels import Levels, simplify_levels
 from simplifier.memory.need import MeshSize
@@ -77,6 +78,7 @@ def simplify(
     longest, levels = float(mesh.extent.max()), chosen.levels
     stages = stage_options(chosen, longest)
     check_making(mesh, stages, chosen.memory_limit, judging_of(chosen))
+    import_for(len(mesh.faces))
     made: Simplification | Levels
     if levels is None:
         made = simplify_mesh(mesh, stages, listener, cancel, overrides)
@@ -122,6 +124,7 @@ def evaluate(
         stages,
         chosen.memory_limit,
     )
+    import_for(len(mesh.faces))
     watch = Stopwatch(listener, cancel)
     solid = solidify(mesh, stages.solid, watch, Overrides(viewers=overrides.viewers))
     with watch.stage("accuracy"):

@@ -9,6 +9,8 @@ are worked out for the few others.
 
 from __future__ import annotations
 
+import importlib
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,9 +29,24 @@ from simplifier.kernels.threads import run_chunks
 
 _NARROWEST = 1e-9  # pixels
 
+_SIDE, _PICTURES = 128, 256
+"""Pixels a side of the least pictures that a mesh is drawn in many of, and how many these are."""
+
 LEAST_FACES = 1 << 13
 """Triangles of a mesh whose front is counted by contours.  A smaller mesh would gain less than a
 tenth of a second, and the kernels for it take two seconds to compile."""
+
+
+def import_for(faces: int) -> None:
+    """Import the kernels that a mesh of so many triangles is drawn by, and its front counted.
+
+    The first kernel that a run calls compiles what is imported and missing, on all processors.
+    Kernels that were imported later would be compiled one after the other, by one processor.
+    """
+    if faces >= LEAST_FACES:
+        importlib.import_module("simplifier.kernels.front_contours")
+    elif by_contours(faces, _PICTURES, _SIDE * _SIDE):
+        importlib.import_module("simplifier.kernels.contours")
 
 
 def front_pixels(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import shutil
 import subprocess
 import sys
@@ -13,9 +14,10 @@ import pytest
 import simplifier
 from simplifier.cli.main import main
 from simplifier.io.formats import writable_suffixes
+from simplifier.kernels.compiled import kernel
 from simplifier.warmup import warm_up
 from tests.acceptance.command import draw_small, environment, occluder
-from tests.solids import box, joined
+from tests.solids import box, joined, sphere
 
 FEW = ("--resolution", "10", "--moves", "50", "--views", "3", "--image", "24", "--quads", "20")
 
@@ -145,6 +147,31 @@ def check_commands(meshes, **variables):
 def test_nothing_is_compiled_after_warm_up(meshes):
     warm_up()
     check_commands(meshes)
+
+
+def kernel_files_called_for(rings, budget):
+    """Run in a fresh process: of each call for machine code, the names of the files."""
+    asked, load = [], kernel._load
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kernel, "_load", lambda names: (asked.append(list(names)), load(names)))
+        mesh = sphere(rings=rings)
+        made = simplifier.simplify(mesh, preset="draft", budget=budget, moves=50)
+        made.measure()
+        simplifier.evaluate(mesh, made.occluder)
+    return asked
+
+
+@pytest.mark.parametrize(("rings", "called"), [(4, None), (24, "contours"), (80, "front_contours")])
+def test_one_call_for_machine_code_has_all_that_a_run_needs(rings, called):
+    """So that what is missing is compiled at once, on all processors: two files that were asked for
+    later took a third of a first start, by one processor."""
+    code = f"from {__name__} import kernel_files_called_for as f; print(f({rings}, 16))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=environment(), capture_output=True, text=True, check=True
+    )
+    [names] = ast.literal_eval(done.stdout)
+    later = [one for one in ("contours", "clusters", "front_contours") if one in names]
+    assert later[-1:] == ([] if called is None else [called])
 
 
 @pytest.mark.slow

@@ -12,7 +12,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 from typer.main import get_command
 
 from simplifier.cli.main import app
@@ -98,6 +100,12 @@ def test_every_command_runs_as_it_stands_there(demo):
     assert (demo / "report.html").is_file()
     for typed in COMMANDS:
         run(typed, demo)
+    shown, drawn = (
+        np.asarray(Image.open(path).convert("RGB"), dtype=int)
+        for path in (ROOT / "docs" / "images" / "castle.png", demo / "best" / "silhouettes.png")
+    )
+    differs = np.abs(shown - drawn).max(axis=2) > 64
+    assert differs.mean() < 0.002  # the picture of an earlier search differed in 3 % of the pixels
 
 
 def test_the_tutorial_shows_what_its_first_command_prints(tmp_path):

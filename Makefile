@@ -24,8 +24,8 @@ BIN := $(VENV)/bin
 COMMAND := $(VENV)/.command
 SERVICE := $(VENV)/.service
 READY := $(VENV)/.ready
-# Python compiles what is imported when it is: of what there is, pip would compile all, for as long
-# as the rest of the command takes to install.
+# Python compiles a module when it is first imported.  pip would compile all that it installs, which
+# takes as long as the rest of its work.
 INSTALL := $(BIN)/pip install --quiet --no-compile -c constraints.txt
 
 # What is loaded is compiled once, also where the machine is set to keep nothing.

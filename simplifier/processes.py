@@ -76,6 +76,10 @@ def run_jobs(
 
     Raises :class:`BackendUnavailableError` when processes end before they are at any job.
     """
+    # Here, not above: a build that has nothing to make needs no numpy.
+    from simplifier.kernels.front import LEAST_FACES, import_for
+
+    import_for(LEAST_FACES)  # nobody knows here how fine the meshes of the jobs are
     load_imported()  # else each process would compile what is missing
     crew = _Crew(start, arguments, processes, deque(Attempt(job) for job in range(len(jobs))))
     try:

@@ -84,6 +84,24 @@ def test_processes_multiply_matrices_in_one_thread():
     assert dict(os.environ) == before
 
 
+def test_what_fine_meshes_need_is_compiled_before_there_are_processes():
+    """And nothing is imported for that where nothing is to be done."""
+    script = (
+        "import sys\n"
+        "import simplifier.builds.build\n"
+        "from simplifier import processes\n"
+        "from simplifier.kernels.compiled.waiting import waiting\n"
+        "assert 'numpy' not in sys.modules\n"
+        "processes.load_imported = lambda: print(*waiting)\n"
+        "list(processes.run_jobs(None, (), [], 2))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], env=environment(), capture_output=True, text=True,
+        check=True,
+    )  # fmt: skip
+    assert {"contours", "clusters", "front_contours"} <= set(done.stdout.split())
+
+
 def test_no_job_needs_no_process():
     assert list(run_jobs(dying, (), [], 2)) == []
 

@@ -30,7 +30,7 @@ from simplifier.kernels.threads import run_chunks
 _NARROWEST = 1e-9  # pixels
 
 _SIDE, _PICTURES = 128, 256
-"""Pixels a side of the least pictures that a mesh is drawn in many of, and how many these are."""
+"""Pixels a side of the smallest pictures that are drawn of a mesh, and how many there are."""
 
 LEAST_FACES = 1 << 13
 """Triangles of a mesh whose front is counted by contours.  A smaller mesh would gain less than a

@@ -45,7 +45,7 @@ class LeaseKeeper:
             on_begin()
             due = time.monotonic()
             while True:
-                if self._look.wait(_POLL) or self._shared:
+                if self._look.wait(min(_POLL, max(due - time.monotonic(), 0.0))) or self._shared:
                     self._faultless(self._hear)
                 if time.monotonic() >= due:
                     self._faultless(self._renew)

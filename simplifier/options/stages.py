@@ -223,7 +223,7 @@ class Effort:
 PRESETS: dict[Preset, Effort] = {
     "draft": Effort(SectionOptions(directions=16, depths=3), 0, 6_000, 64, 5, False),
     "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 22_800, 144, 10, True),
-    "best": Effort(SectionOptions(directions=128, depths=4), 8, 96_000, 144, 10, True),
+    "best": Effort(SectionOptions(directions=128, depths=4), 8, 160_000, 144, 10, True),
 }
 
 

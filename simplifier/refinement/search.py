@@ -201,8 +201,7 @@ _MOST_TOLL = 16.0  # times that: beyond, meshes that cannot have so little lose 
 _CLOSE = 0.85  # of the overhang asked for: what the search aims at, since views differ
 _UNSEEN = 2.5  # times the overhang in the search's own pictures: that in fine ones
 _SHOWN = 0.35  # of the aim: where its own pictures show less than that, fines do not reach the rest
-_FAR = 1.0 / _CLOSE  # times the aim that call for less room: more than was asked for
-_SETTLED = 0.7  # of the search, until which it is given up
+_FAR, _SETTLED = 1.1, 0.7  # times the aim that call for less room, until that share of the search
 _PAUSE = 3  # rounds at least since the room became another: before, overhang tells of the old one
 _NEAR = 0.6  # times the aim below which there may be more room again
 

@@ -31,7 +31,7 @@ class Clock:
             raise StoppedError
 
 
-# A job may be silent for the time of its lease: one of a second had a look a second, and was lost.
+# A lease of one second was once renewed every 1.1 s, and its job begun again.
 @pytest.mark.parametrize("lease_seconds", [1.0, 1.5, 3.0, 30.0])
 @pytest.mark.parametrize("shared", [False, True])
 def test_leases_are_renewed_in_time_though_nobody_wakes_their_keeper(

@@ -40,6 +40,9 @@ from simplifier.kernels.compiled.building import main
 main(*sys.argv[2:])
 """
 
+_UNCOLORED = {"NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING": "1"}
+"""While numba finds types it writes many errors that nobody reads; painting them takes time."""
+
 _log = logging.getLogger(__name__)
 _lock = threading.RLock()
 
@@ -139,7 +142,7 @@ def _compiler(said: IO[str], folder: Path, target: Processor) -> subprocess.Pope
     pipe = subprocess.PIPE
     return subprocess.Popen(
         command, stdin=pipe, stdout=pipe, stderr=said, text=True,
-        env={**os.environ, **target.variables},
+        env={**os.environ, **target.variables, **_UNCOLORED},
     )  # fmt: skip
 
 

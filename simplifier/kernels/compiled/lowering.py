@@ -16,11 +16,11 @@ None of this changes a result: numbers are the same, and so is the order of what
 from __future__ import annotations
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numba.core
-from numba.core import cgutils, errors, imputils
+from numba.core import cgutils, imputils, ir
 from numba.core.cpu import CPUContext
 from numba.core.dispatcher import Dispatcher
 from numba.core.lowering import Lower
@@ -223,20 +223,38 @@ def _refusing(given: Any, wanted: Any) -> Any:
     return refuse
 
 
-class _Uncolored:
-    """What paints the text of errors, which are many while types are found, and read by nobody."""
+def _variables_of(statement: Any) -> list[Any]:
+    """In place of numba's, which asks of each part of a statement in a call of its own."""
+    return _variables_in(vars(statement).values())
 
-    def __getattr__(self, name: str) -> type[str]:
-        return str
+
+def _variables_of_expression(expression: Any) -> list[Any]:
+    return _variables_in(expression._kws.values())
+
+
+def _variables_in(parts: Iterable[Any]) -> list[Any]:
+    """Those that are read or written, in numba's order."""
+    found = []
+    for part in parts:
+        if isinstance(part, ir.Var):
+            found.append(part)
+        elif isinstance(part, ir.Inst):
+            found += part.list_vars()
+        elif isinstance(part, (list, tuple)):
+            found += _variables_in(part)
+        elif isinstance(part, dict):
+            found += _variables_in(part.values())
+    return found
 
 
 def lower_less() -> None:
     """From now on, this process compiles so."""
     for place, name, ours in (
-        (errors, "_termcolor_inst", _Uncolored()),
         (arrayobj, "raise_with_shape_context", _refuse_shapes),
         (NativeLowering, "lowering_class", _Lower),
         (Dispatcher, "get_call_template", _call_template),
         (Function, "get_call_type", _call_type),
+        (ir.Stmt, "list_vars", _variables_of),
+        (ir.Expr, "list_vars", _variables_of_expression),
     ):
         setattr(place, name, ours)

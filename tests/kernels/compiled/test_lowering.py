@@ -149,3 +149,27 @@ def test_what_a_kernel_is_given_is_not_counted(folder):
     assert (sums == 5.0).all()
     assert b"NRT_incref" in (folder / "kernels.o").read_bytes()
     assert b"NRT_incref" not in (folder / "lent.o").read_bytes()
+
+
+def test_variables_of_statements_are_those_that_numba_finds():
+    from numba.core import ir
+    from numba.core.compiler import run_frontend
+
+    from simplifier.kernels import annealing, decimate
+    from simplifier.kernels.compiled.kernel import Kernel
+    from simplifier.kernels.compiled.lowering import _variables_of, _variables_of_expression
+
+    kernels = [one for file in (annealing, decimate) for one in vars(file).values()
+               if isinstance(one, Kernel)]  # fmt: skip
+    compared = 0
+    for kernel in kernels:
+        for block in run_frontend(kernel.function).blocks.values():
+            for statement in block.body:
+                wanted = ir.Inst._rec_list_vars(statement, vars(statement))
+                assert _variables_of(statement) == wanted
+                value = getattr(statement, "value", None)
+                if isinstance(value, ir.Expr):
+                    wanted = ir.Inst._rec_list_vars(value, value._kws)
+                    assert _variables_of_expression(value) == wanted
+                    compared += 1
+    assert compared > 1000

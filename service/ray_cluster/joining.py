@@ -12,9 +12,10 @@ import os
 import platform
 import re
 import socket
+import sys
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from importlib import import_module
 from ipaddress import ip_address
 from pathlib import Path
@@ -47,6 +48,9 @@ def load_ray() -> ModuleType:
 def joined(address: str | None = None) -> Iterator[ModuleType]:
     """A block in which this process is a driver of the cluster; the value is Ray.
 
+    What is printed meanwhile goes to standard error: Ray prints what it hears of lost nodes, and
+    standard output is for a command's answer.
+
     ``address``  HOST:PORT of the head; by default ``RAY_ADDRESS``, else the cluster of this
     machine.
 
@@ -66,7 +70,8 @@ def joined(address: str | None = None) -> Iterator[ModuleType]:
     try:
         if place == _ON_THIS_MACHINE:  # wherever its head is
             check_address(ray.get_runtime_context().gcs_address, os.environ)
-        yield ray
+        with redirect_stdout(sys.stderr):
+            yield ray
     finally:
         ray.shutdown()
 

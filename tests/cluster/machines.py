@@ -11,7 +11,10 @@ import os
 import signal
 import subprocess
 from contextlib import ExitStack, suppress
+from importlib.util import find_spec
 from pathlib import Path
+
+import pytest
 
 from tests.acceptance.command import OCCLUDER, environment
 from tests.faults.serving import Server
@@ -20,6 +23,10 @@ from tests.s3 import running_localbucket
 from tests.s3_proxy import proxy_of
 from tests.waiting import BUSY, until
 
+# Not imported to find out: it reads its settings then, and tests of a pool have theirs later.
+NEEDS_RAY = pytest.mark.skipif(
+    find_spec("ray") is None, reason="needs the extra [ray]: make test-cluster installs it"
+)
 LEASE_SECONDS = 3
 
 

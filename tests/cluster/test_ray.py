@@ -10,15 +10,14 @@ from pathlib import Path
 import pytest
 
 from tests.acceptance.command import occluder
-from tests.cluster.machines import Cluster, children_of
+from tests.cluster.machines import NEEDS_RAY, Cluster, children_of
 from tests.cluster.ray_nodes import Dispatch, RayNodes
 from tests.cluster.remains import jobs_left
 from tests.faults.serving import LIGHT_WORK
 from tests.service.real import BOX
 from tests.waiting import BUSY, until
 
-pytest.importorskip("ray", reason="needs the extra [ray]: make test-cluster installs it")
-pytestmark = pytest.mark.cluster
+pytestmark = [pytest.mark.cluster, NEEDS_RAY]
 
 LONG_LEASE = 60
 """Seconds: what is over before was not brought about by a lease that ran out."""

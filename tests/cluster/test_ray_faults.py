@@ -12,13 +12,11 @@ from functools import partial
 
 import pytest
 
-from tests.cluster.machines import Cluster
+from tests.cluster.machines import NEEDS_RAY, Cluster
 from tests.cluster.ordeal import AWAY, JOBS, Ordeal
 from tests.cluster.ray_nodes import Dispatch, RayNodes
 from tests.faults.clients import assert_no_traceback
 from tests.service.webhooks.receivers import receiving
-
-pytest.importorskip("ray", reason="needs the extra [ray]: make test-cluster installs it")
 
 
 @dataclass
@@ -101,6 +99,7 @@ ALL = [
 
 
 @pytest.mark.cluster
+@NEEDS_RAY
 @pytest.mark.parametrize(
     ("jobs", "faults", "seed"),
     [

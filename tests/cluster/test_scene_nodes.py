@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
+import sys
 import time
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -14,16 +14,14 @@ import pytest
 from bench.visibility_city import generated_city
 from simplifier.io.scene_writer import write_scene
 from tests.acceptance.command import OCCLUDER, environment, occluder
+from tests.cluster.machines import NEEDS_RAY
 from tests.hierarchy.builds import files
 from tests.hierarchy.scenes import scene_of
 from tests.solids import box
 from tests.test_processes import all_gone
 from tests.waiting import BUSY, until
 
-pytestmark = [
-    pytest.mark.cluster,
-    pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not installed"),
-]
+pytestmark = [pytest.mark.cluster, NEEDS_RAY]
 
 QUICK = ("--resolution", "16", "--budget", "8", "--pixel-error", "60", "--ground")
 MADE = "occluders are made"
@@ -98,6 +96,26 @@ def test_a_node_that_is_lost_halfway_costs_nothing_but_time(cluster, town, tmp_p
     assert process.returncode == 0, errors
     assert "warning" not in errors
     assert files(tmp_path / "two") == one
+
+
+def test_what_ray_tells_of_a_lost_node_is_no_part_of_a_commands_answer(cluster, tmp_path):
+    """Its answer is on standard output, of JSON where that is asked for."""
+    told = tmp_path / "errors"
+    join = "from service.ray_cluster.pool import ray_pool\nwith ray_pool(): input()\nprint('{}')"
+    with (
+        told.open("w") as errors,
+        subprocess.Popen(
+            [sys.executable, "-c", join], env=environment(**cluster.variables),
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, text=True,
+        ) as process,
+    ):  # fmt: skip
+        lost = cluster.nodes.pop()
+        until(lambda: lost.named("ray::"), BUSY)  # which the pool has asked what it is
+        lost.kill()
+        until(lambda: "has been marked dead" in told.read_text(), BUSY)
+        answer, _ = process.communicate("\n", timeout=BUSY)
+    cluster.add()
+    assert answer == "{}\n"
 
 
 def test_ctrl_c_ends_the_work_on_all_nodes_and_keeps_what_was_made(cluster, town, tmp_path):

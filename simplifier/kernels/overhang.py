@@ -10,6 +10,14 @@ from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import lowest_one, popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
+from simplifier.kernels.faces import (
+    columns_between,
+    columns_of_word,
+    crossing,
+    lies_between,
+    project,
+    rows_of,
+)  # fmt: skip
 from simplifier.kernels.random_quads import bit
 from simplifier.kernels.threads import run_chunks
 
@@ -84,6 +92,49 @@ def count_beside(wide, hidden, begin, end, beside):
             for word in range(wide.shape[2]):
                 count += popcount(hidden[view, row, word] & ~wide[view, row, word])
         beside[view] = np.int64(count)
+
+
+@inner_kernel
+def _count_span(wide, row, first, end):
+    """How many of the columns from ``first`` to before ``end`` are not in ``wide``."""
+    beside = np.uint64(0)
+    for word in range(first >> 6, ((end - 1) >> 6) + 1):
+        beside += popcount(columns_of_word(first, end, word) & ~wide[row, word])
+    return np.int64(beside)
+
+
+@kernel(
+    "float64[:, :, :], float64[:, :, :], uint64[:, :, :], float64[:], int64, int64, float64[:, :]"
+)
+def weigh_each(triangles, projections, wide, weights, begin, end, found):
+    """Fill rows ``begin`` to ``end`` of ``found`` (m, 2): what each of ``triangles`` covers by
+    itself, beside ``wide`` and within it, pixels times the ``weights`` (V,) of their views.
+
+    ``triangles``    (m, 3, 3) float64, a row for the x of the corners, for their y, for their z.
+    ``projections``  (V, 2, 4) float64 to the pixels of ``wide`` (V, rows, words).
+    """
+    points, cells = np.empty((3, 2)), np.empty(3, np.uint32)
+    rows, columns = wide.shape[1], 64 * wide.shape[2]
+    for one in range(begin, end):
+        found[one, 0] = found[one, 1] = 0.0
+        for view in range(len(projections)):
+            project(triangles[one], projections[view], rows, columns, points, cells)
+            if lies_between(cells[0], cells[1], cells[2]):
+                continue
+            bottom, bend, top, low, middle, high = rows_of(cells[0], cells[1], cells[2], 0, 1, 2)
+            beside, covered = 0, 0
+            for row in range(bottom, top):
+                x0 = crossing(points, low, high, row)
+                if row < bend:
+                    x1 = crossing(points, low, middle, row)
+                else:
+                    x1 = crossing(points, middle, high, row)
+                first, last = columns_between(x0, x1, columns)
+                if first < last:
+                    covered += last - first
+                    beside += _count_span(wide[view], row, first, last)
+            found[one, 0] += weights[view] * beside
+            found[one, 1] += weights[view] * (covered - beside)
 
 
 def shares_beside(there: NDArray[np.int64], beside: NDArray[np.int64]) -> NDArray[np.float64]:

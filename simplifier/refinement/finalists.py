@@ -185,12 +185,12 @@ class Judge:
 
     def worths(self, soups: Sequence[FloatArray]) -> list[float]:
         """Of each soup; several are judged at the same time, since one leaves cores idle."""
-        run_each(self._score, soups)
+        run_each(self.score, soups)
         return [self.worth(soup) for soup in soups]
 
     def worth(self, triangles: FloatArray) -> float:
         """Of a soup (m, 3, 3): its recall, less what its faults cost; 0 of none."""
-        found = self._score(triangles)
+        found = self.score(triangles)
         short = max(self.precision - found.precision, 0.0)
         beside = max(found.overhang - self.overhang, 0.0)
         worst = max(found.worst - 2.0 * self.overhang, 0.0)
@@ -201,10 +201,10 @@ class Judge:
 
     def recall(self, triangles: FloatArray) -> float:
         """Of a soup (m, 3, 3), whatever its faults."""
-        return self._score(triangles).recall
+        return self.score(triangles).recall
 
-    def _score(self, triangles: FloatArray) -> FinalistScore:
-        """Pictures are drawn of each soup once, though it is judged several times."""
+    def score(self, triangles: FloatArray) -> FinalistScore:
+        """Of a soup (m, 3, 3), whose pictures are drawn once, however often it is judged."""
         for soup, found in self._known:
             if soup is triangles:
                 return found

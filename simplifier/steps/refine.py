@@ -25,6 +25,7 @@ from simplifier.refinement.second_search import (
     search_again,
     search_with_fewer,
 )
+from simplifier.refinement.trim import is_worth_cutting, trimmed
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections
 from simplifier.steps.look import MANY, Looks, StoppedError
@@ -37,6 +38,7 @@ _CLEAN_VIEWS = 896  # in a row, after which no others are looked at
 _LEAST = 32  # of a budget of many that is divided
 _LARGER = 0.75  # of the time, until the quarter's turn
 _CHANCE = 0.01  # of recall, between two views of the same
+_GAIN = 0.02  # of worth, that cutting back has to bring: less may be a loss in other views
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and second end
 _LITTLE = 0.1  # of the original's score: planar sections of hills have less, others far more
@@ -241,8 +243,28 @@ def _hides_more(small: FloatArray, large: FloatArray, judge: Judge) -> bool:
 
 
 def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, bool]:
-    """By searches with so many triangles, in this part of the stage; and whether fewer may do
-    better."""
+    """With so many triangles, in this part of the stage; and whether fewer may do better."""
+    found, refined, doubtful = _searched(run, budget, begin, end)
+    in_time = not run.deadline.limited or run.deadline.left > _JUDGED_SECONDS
+    if not found or not in_time:
+        return refined, doubtful
+    chosen, judge, cut = refined.triangles, run.judge, []
+    for one in found:
+        if is_worth_cutting(one, chosen, judge) and not run.cancelled():
+            cut += trimmed(one, judge)
+    worths = judge.worths([chosen, *cut])
+    if max(worths) < worths[0] + _GAIN:
+        return refined, doubtful
+    best = [chosen, *cut][worths.index(max(worths))]
+    words = "The occluder was found by searches, and cut back where it stuck out."
+    return Refined(best, run.looks.room_for(budget).bound, words), doubtful
+
+
+def _searched(
+    run: _Run, budget: int, begin: float, end: float
+) -> tuple[list[FloatArray], Refined, bool]:
+    """What searches have found, where that was judged; the best; and whether fewer triangles may
+    do better."""
     aims, seed, deadline = run.options.refine, run.options.seed, run.deadline
     looks, views = run.looks, run.looks.views
     room = looks.room_for(budget)
@@ -259,7 +281,7 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
     begun = _listed(_STARTS[: len(starts)])
     searched = f"The occluder was found by searches that began with {begun}."
     if not judged:
-        return Refined((found or starts)[0], room.bound, searched), False
+        return [], Refined((found or starts)[0], room.bound, searched), False
 
     def spare() -> list[FloatArray]:
         """What is thin sticks out by little, however far it is moved: all of the room is for it."""
@@ -291,19 +313,19 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
         )  # fmt: skip
         if fewer is not None:
             words = f"{searched[:-1]}, and by another with a quarter of the triangles."
-            return Refined(fewer, room.bound, words), False
+            return found, Refined(fewer, room.bound, words), False
     doubtful = is_doubtful(found, best, judge)
     if better is not None:
         words = f"{searched[:-1]}, and by another in less room."
-        return Refined(best, better[1].bound, words), doubtful
+        return found, Refined(best, better[1].bound, words), doubtful
     if any(best is one for one in found):
-        return Refined(best, room.bound, searched), doubtful
+        return found, Refined(best, room.bound, searched), doubtful
     if len(best) == 0:
         words = "All that was found would hide too much wrongly, so the occluder is empty."
-        return Refined(best, room.bound, words), doubtful
+        return found, Refined(best, room.bound, words), doubtful
     names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
     words = f"No search did better than {(*names, _THIN)[0]}, which became the occluder."
-    return Refined(best, room.bound if names else looks.room.bound, words), doubtful
+    return found, Refined(best, room.bound if names else looks.room.bound, words), doubtful
 
 
 def _listed(names: Sequence[str]) -> str:

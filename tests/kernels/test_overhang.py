@@ -8,7 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from simplifier.kernels.overhang import count_beside, count_overhang, widen
+from simplifier.geometry.views import hemisphere_directions, image_axes
+from simplifier.kernels.coverage import coverage_masks
+from simplifier.kernels.overhang import count_beside, count_overhang, weigh_each, widen
+from tests.pictures import sphere_projections
 
 
 def packed(masks):
@@ -93,3 +96,22 @@ def test_pixels_beside_wide_masks(rows, columns, density, other_density, seed):
     counted, farthest = np.zeros((2, 2), np.int64), np.zeros(2, np.int64)
     count_overhang(original, hidden, columns, 0, 2, counted, farthest)
     assert np.array_equal(np.stack([there, beside], axis=1), counted)
+
+
+@given(st.integers(0, 2**32 - 1), st.sampled_from([0.02, 0.3, 2.0]))
+def test_each_triangle_is_weighed_as_its_own_silhouette_is(seed, size):
+    """Small, large, and past the edges of a picture."""
+    generator = np.random.default_rng(seed)
+    soup = generator.uniform(-1.0, 1.0, (6, 1, 3)) + size * generator.normal(size=(6, 3, 3))
+    projections = 2.0 * sphere_projections(image_axes(hemisphere_directions(4)), np.zeros(3), 1.0)
+    wide = generator.integers(0, 2**64, (4, 128, 2), dtype=np.uint64)
+    weights = generator.random(4)
+    found = np.full((6, 2), np.nan)
+    weigh_each(
+        np.ascontiguousarray(soup.transpose(0, 2, 1)), projections, wide, weights, 0, 6, found
+    )
+    for triangle, (beside, within) in zip(soup, found, strict=True):
+        face = np.arange(3, dtype=np.int32)[None]
+        shown = coverage_masks(triangle, face, projections, 128, 128)
+        ones = [np.bitwise_count(one).sum(axis=(1, 2)) for one in (shown & ~wide, shown & wide)]
+        assert np.allclose([beside, within], [weights @ one for one in ones])

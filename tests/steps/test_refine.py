@@ -23,6 +23,7 @@ from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Deadline
 from simplifier.refinement.search import pull_into
 from simplifier.refinement.second_search import search_again, search_with_fewer
+from simplifier.refinement.trim import trimmed
 from simplifier.steps import refine as refine_step
 from simplifier.steps.refine import Refined
 from simplifier.steps.room import open_room
@@ -207,7 +208,13 @@ def test_where_the_triangles_come_from_is_said(options, last):
     assert simplify_mesh(blob(rings=8), chosen).decisions[-1] == last
 
 
+def nothing_is_cut(monkeypatch):
+    """As it would be where a patched judge prefers what is worth little."""
+    monkeypatch.setattr("simplifier.steps.refine.trimmed", lambda *given: [])
+
+
 def test_several_starts_are_named_and_one_that_stays_as_it_is(monkeypatch):
+    nothing_is_cut(monkeypatch)
     mesh, chosen = blob(rings=8), make_options(2.0, budget=12, resolution=24, moves=300)
     of_solid = "the surface of the solid in fewer triangles"
     of_starts = f"planar sections, {of_solid} and the mesh in fewer triangles"
@@ -250,6 +257,7 @@ def test_sections_that_hide_much_leave_no_other_starts(monkeypatch):
 
 
 def test_a_search_with_fewer_triangles_is_told(monkeypatch):
+    nothing_is_cut(monkeypatch)
     monkeypatch.setattr("simplifier.refinement.second_search._DOUBTFUL", -1.0)
     monkeypatch.setattr("simplifier.refinement.second_search._SUFFICES", -1.0)
     mesh, asked = joined(sphere(), box((2.5, 0.2, 2.5), low=(0.0, -0.1, 0.0))), []
@@ -289,6 +297,29 @@ def test_a_second_search_is_told_and_never_runs_backwards(monkeypatch):
     assert result.decisions[-1].endswith("began with planar sections, and by another in less room.")
     assert shares == sorted(shares)
     assert done == [pytest.approx(0.5), pytest.approx(0.85)]
+    check_contained(mesh, result)
+    check_triangles(result.occluder, 24)
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [torus(), joined(sphere(), box((2.5, 0.2, 2.5), low=(0.0, -0.1, 0.0)))],
+    ids=["torus", "thin"],
+)
+def test_what_sticks_out_at_last_is_cut_back(monkeypatch, mesh):
+    """Whatever the searches have come to: here they aim at six times what was asked for."""
+    monkeypatch.setattr("simplifier.refinement.search._CLOSE", 6.0)
+    stuck_out = []
+
+    def cut_back(triangles, judge):
+        stuck_out.append(judge.views.outlines.overhang(triangles).mean())
+        return trimmed(triangles, judge)
+
+    monkeypatch.setattr("simplifier.steps.refine.trimmed", cut_back)
+    result = run(mesh, budget=24, resolution=24, moves=3000, overhang=0.005)
+    assert max(stuck_out) > 0.0075
+    assert simplifier.evaluate(mesh, result.occluder, views=64).overhang.mean <= 0.005
+    assert result.decisions[-1].endswith("found by searches, and cut back where it stuck out.")
     check_contained(mesh, result)
     check_triangles(result.occluder, 24)
 

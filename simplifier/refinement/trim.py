@@ -1,0 +1,160 @@
+"""Triangles of which more sticks out than was asked for -> the same, some of them cut back.
+
+What sticks out belongs to few of the triangles, and to a corner or an edge of these.  A price for
+it moves them all, and a narrower room draws them all in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simplifier.geometry.mesh import FloatArray
+from simplifier.kernels.overhang import weigh_each
+from simplifier.kernels.threads import run_chunks
+from simplifier.refinement.finalists import Judge, Outlines
+
+_FAULTS = 0.06  # of recall, that make cutting back worth its time
+_PASSES = 1.1  # times the overhang asked for: no more is cut back, since a report shows less
+_STEP = 0.06  # of the way from a corner to the opposite edge, or from an edge to its corner
+_STEPS = 12  # that a triangle is cut back by, at most
+_SOME = slice(None, None, 3)  # of the views: enough to tell what a triangle covers
+_LEAST = 1e-7  # of a silhouette that a step costs: one that costs nothing comes first
+
+_Views = slice | NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class _Step:
+    """A triangle (3, 3) that lies in the one that it replaces.
+
+    ``gain``  what sticks out less for what is covered less, or that of an earlier step of the same
+              triangle, if less: the steps of a triangle are taken in turn.
+    """
+
+    gain: float
+    place: int
+    triangle: FloatArray
+
+
+def is_worth_cutting(triangles: FloatArray, chosen: FloatArray, judge: Judge) -> bool:
+    """Whether so much more of a soup (m, 3, 3) sticks out than was asked for that something else is
+    ``chosen``, or that this would be worth far more without its faults."""
+    score = judge.score(triangles)
+    if score.overhang <= _PASSES * judge.overhang:
+        return False
+    return score.recall - judge.worth(chosen) >= _FAULTS
+
+
+def trimmed(triangles: FloatArray, judge: Judge) -> list[FloatArray]:
+    """Soups that stick out less than one of (m, 3, 3), and hide less: by no more than the judge's
+    overhang in the mean of its views, and then by no more than twice that in each.
+
+    Each triangle that sticks out is cut back in small steps, the best by what it takes away of that
+    for what it covers less, until it sticks out no more or is gone.  The steps of all are taken in
+    that order until enough is gone.  What is cut back lies in what it was, so it keeps to its room.
+    """
+    outlines, soups = judge.views.outlines, []
+    most = 2.0 * judge.overhang
+    shares = outlines.overhang(triangles)
+    if shares.mean() > judge.overhang:
+        triangles = _cut_until(
+            triangles, outlines, _SOME, lambda left: bool(left.mean() <= judge.overhang)
+        )
+        soups.append(triangles)
+        shares = outlines.overhang(triangles)
+    if shares.max() > most:
+        worst = np.flatnonzero(shares > most)
+        triangles = _cut_until(triangles, outlines, worst, lambda left: bool(left.max() <= most))
+        soups.append(triangles)
+    return soups
+
+
+def _cut_until(
+    triangles: FloatArray,
+    outlines: Outlines,
+    views: _Views,
+    enough: Callable[[FloatArray], bool],
+) -> FloatArray:
+    """Cut back what sticks out in those ``views``, until what is left in all is ``enough``."""
+    steps = _steps(triangles, outlines, views)
+    steps.sort(key=lambda step: (-step.gain, step.place))
+
+    def after(count: int) -> FloatArray:
+        cut = triangles.copy()
+        for step in steps[:count]:
+            cut[step.place] = step.triangle
+        return cut
+
+    low, high = 0, len(steps)
+    while high - low > 1:  # each step leaves less
+        middle = (low + high) // 2
+        if enough(outlines.overhang(after(middle))):
+            high = middle
+        else:
+            low = middle
+    cut = after(high)
+    return np.ascontiguousarray(cut[(cut != cut[:, :1]).any(axis=(1, 2))])
+
+
+def _steps(triangles: FloatArray, outlines: Outlines, views: _Views) -> list[_Step]:
+    """Of all triangles that stick out in those views, one after the other of each."""
+    now, steps = triangles.copy(), []
+    least = np.full(len(now), np.inf)
+    shares = _weighed(now, outlines, views)
+    rest = np.flatnonzero(shares[:, 0] > 0.0)
+    for _ in range(_STEPS):
+        if len(rest) == 0:
+            break
+        forms = _cut_back(now[rest])
+        weighed = _weighed(forms.reshape(-1, 3, 3), outlines, views).reshape(*forms.shape[:2], 2)
+        beside, covered = np.moveaxis(shares[rest, None] - weighed, -1, 0)
+        gains = np.where(beside > 0.0, beside / np.maximum(covered, _LEAST), 0.0)
+        chosen = np.arange(len(rest)), gains.argmax(axis=1)
+        now[rest], shares[rest] = forms[chosen], weighed[chosen]
+        least[rest] = np.minimum(least[rest], gains[chosen])
+        rest = rest[gains[chosen] > 0.0]
+        steps += [_Step(float(least[one]), int(one), now[one].copy()) for one in rest]
+        rest = rest[shares[rest, 0] > 0.0]
+    return steps
+
+
+def _cut_back(triangles: FloatArray) -> FloatArray:
+    """(m, 7, 3, 3): each corner a step towards the middle of the opposite edge, each edge a step
+    towards the opposite corner, and nothing."""
+    forms = np.repeat(triangles[:, None], 7, axis=1)
+    for corner in range(3):
+        others = [(corner + 1) % 3, (corner + 2) % 3]
+        here, ends = triangles[:, corner], triangles[:, others]
+        forms[:, corner, corner] += _STEP * (ends.mean(axis=1) - here)
+        forms[:, 3 + corner, others] += _STEP * (here[:, None] - ends)
+    forms[:, 6] = triangles[:, :1]
+    return forms
+
+
+def _weighed(triangles: FloatArray, outlines: Outlines, views: _Views) -> FloatArray:
+    """(m, 2): what each sticks out by in those views, and covers of the original in some of all,
+    shares of the original in the mean of views."""
+    weighed = _weighed_in(triangles, outlines, _SOME)
+    if views is not _SOME:
+        weighed[:, 0] = _weighed_in(triangles, outlines, views)[:, 0]
+    return weighed
+
+
+def _weighed_in(triangles: FloatArray, outlines: Outlines, views: _Views) -> FloatArray:
+    projections, wide, pixels = (
+        np.ascontiguousarray(one[views])
+        for one in (outlines.projections, outlines.wide, outlines.pixels)
+    )
+    weights = 1.0 / np.maximum(pixels, 1) / len(pixels)
+    by_number = np.ascontiguousarray(triangles.transpose(0, 2, 1))
+    weighed = np.empty((len(triangles), 2))
+
+    def weigh(begin: int, end: int) -> None:
+        weigh_each(by_number, projections, wide, weights, begin, end, weighed)
+
+    run_chunks(weigh, len(triangles))
+    return weighed

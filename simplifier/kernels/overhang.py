@@ -17,7 +17,7 @@ from simplifier.kernels.faces import (
     lies_between,
     project,
     rows_of,
-)  # fmt: skip
+)
 from simplifier.kernels.random_quads import bit
 from simplifier.kernels.threads import run_chunks
 

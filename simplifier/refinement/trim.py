@@ -41,8 +41,8 @@ class _Step:
 
 
 def is_worth_cutting(triangles: FloatArray, chosen: FloatArray, judge: Judge) -> bool:
-    """Whether so much more of a soup (m, 3, 3) sticks out than was asked for that something else is
-    ``chosen``, or that this would be worth far more without its faults."""
+    """Whether more of a soup (m, 3, 3) sticks out than passes, and without its faults it would be
+    worth far more than what is ``chosen``."""
     score = judge.score(triangles)
     if score.overhang <= _PASSES * judge.overhang:
         return False

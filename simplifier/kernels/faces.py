@@ -183,9 +183,7 @@ def draw_eight(points, listed, begin, columns, mask, words):
         bottom, bend, top, low, middle, high = rows_of(p, q, r, i, j, k)
         window = _window(min(p & 0xFFFF, q & 0xFFFF, r & 0xFFFF), words)
         for row in range(bottom, top):
-            start, stop = (low, middle) if row < bend else (middle, high)
-            x0, x1 = crossing(points, low, high, row), crossing(points, start, stop, row)
-            first, end = columns_between(x0, x1, columns)
+            first, end = columns_of_row(points, bend, low, middle, high, row, columns)
             if first < end and window <= first and end <= window + 64:
                 _add_bits(mask, row, window, _bits_of(first, end, window))
             elif first < end:
@@ -275,18 +273,25 @@ def draw_face(points, cells, i, j, k, columns, mask, spans):
         # Behind other triangles: nothing to add.  Halves the work, soups are layered.
         if box != 0 and (mask[row, box_word] & box) == box:
             continue
-        x0 = crossing(points, low, high, row)
-        if row < bend:
-            x1 = crossing(points, low, middle, row)
-        else:
-            x1 = crossing(points, middle, high, row)
-        first, end = columns_between(x0, x1, columns)
+        first, end = columns_of_row(points, bend, low, middle, high, row, columns)
         if first < end:
             set_span(mask, row, first, end - 1)
 
 
 @inline_kernel
-def columns_between(x0, x1, columns):
+def columns_of_row(points, bend, low, middle, high, row, columns):
+    """The first column of a triangle in a row, and the one after the last; :func:`rows_of` tells
+    the row of its bend, and its vertices from the lowest to the highest."""
+    x0 = crossing(points, low, high, row)
+    if row < bend:
+        x1 = crossing(points, low, middle, row)
+    else:
+        x1 = crossing(points, middle, high, row)
+    return _columns_between(x0, x1, columns)
+
+
+@inline_kernel
+def _columns_between(x0, x1, columns):
     """The first column between two crossings, and the one after the last."""
     return (
         np.int64(np.ceil(min(max(min(x0, x1), 0.0), float(columns)))),
@@ -301,7 +306,7 @@ def _fill_spans(points, one, other, begin, end, columns, spans):
     ax, ay, bx, by = _ends_of(points, one)
     cx, cy, dx, dy = _ends_of(points, other)
     for row in range(begin, end):
-        first, last = columns_between(
+        first, last = _columns_between(
             _crossing(ax, ay, bx, by, row), _crossing(cx, cy, dx, dy, row), columns
         )
         spans[0, np.uint64(row)] = first

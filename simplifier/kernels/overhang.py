@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from simplifier.kernels.bit_image import lowest_one, popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.faces import (
-    columns_between,
+    columns_of_row,
     columns_of_word,
-    crossing,
     lies_between,
     project,
     rows_of,
@@ -124,15 +123,10 @@ def weigh_each(triangles, projections, wide, weights, begin, end, found):
             bottom, bend, top, low, middle, high = rows_of(cells[0], cells[1], cells[2], 0, 1, 2)
             beside, covered = 0, 0
             for row in range(bottom, top):
-                x0 = crossing(points, low, high, row)
-                if row < bend:
-                    x1 = crossing(points, low, middle, row)
-                else:
-                    x1 = crossing(points, middle, high, row)
-                first, last = columns_between(x0, x1, columns)
-                if first < last:
-                    covered += last - first
-                    beside += _count_span(wide[view], row, first, last)
+                first, past = columns_of_row(points, bend, low, middle, high, row, columns)
+                if first < past:
+                    covered += past - first
+                    beside += _count_span(wide[view], row, first, past)
             found[one, 0] += weights[view] * beside
             found[one, 1] += weights[view] * (covered - beside)
 

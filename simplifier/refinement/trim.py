@@ -58,14 +58,12 @@ def trimmed(triangles: FloatArray, judge: Judge) -> list[FloatArray]:
     that order until enough is gone.  What is cut back lies in what it was, so it keeps to its room.
     """
     outlines, soups = judge.views.outlines, []
-    most = 2.0 * judge.overhang
-    shares = outlines.overhang(triangles)
-    if shares.mean() > judge.overhang:
+    if judge.score(triangles).overhang > judge.overhang:
         triangles = _cut_until(
             triangles, outlines, _SOME, lambda left: bool(left.mean() <= judge.overhang)
         )
         soups.append(triangles)
-        shares = outlines.overhang(triangles)
+    shares, most = outlines.overhang(triangles), 2.0 * judge.overhang
     if shares.max() > most:
         worst = np.flatnonzero(shares > most)
         triangles = _cut_until(triangles, outlines, worst, lambda left: bool(left.max() <= most))

@@ -28,6 +28,7 @@ from simplifier.kernels.voxelize import ROOM, is_contained
 TRIES = 6
 """Moves tried at a triangle before another is drawn; they share what tells whether it is poor."""
 
+_SAMPLE = 6  # views for each one in which it is judged what a triangle adds
 _POOR = 0.1  # of the mean score a triangle: one that adds less may be put elsewhere
 _ELSEWHERE = 0.5  # how often it is
 _PLACES = 16  # of which the one is tried that gains most
@@ -35,6 +36,8 @@ _GUIDED = 0.5  # how often a corner's step is one of so many, too
 _LOOKS = 16  # views in which places are looked at: all of it takes less than a look at a move
 _LOSS = 2  # of a pixel that sticks out, beside one that is covered
 _LEAST = -1_000_000  # less than anything loses
+_REFUSED = -(1 << 62)  # in place of what a move changes
+_MOST = 1 << 62  # more than any triangle adds
 _ASIDE = 0.7  # of the way from a triangle's middle to a corner
 _DRAWS = 8  # of a corner at most, until it is in the room
 _REACH = 0.3  # how far the corners of a new triangle reach, as a share of the grid
@@ -52,11 +55,11 @@ def _random(state):
 
 
 @inner_kernel
-def _is_poor(index, views, images, layers, scores, nothing):
-    """Whether a triangle adds little to what all others score, judged on every sixth view."""
+def _worth_of(index, views, images, layers, scores, nothing):
+    """What a triangle adds to what all others score, in every sixth view."""
     _, _, originals, price, fines = views
-    value, total = np.int64(0), np.int64(0)
-    for view in range(0, len(scores), 6):
+    value = np.int64(0)
+    for view in range(0, len(scores), _SAMPLE):
         now, own = layers[view], images[index, view]
         adds, fronts = np.uint64(0), np.int64(0)
         for row in range(64):
@@ -68,7 +71,16 @@ def _is_poor(index, views, images, layers, scores, nothing):
         if adds != 0:  # mostly others hide it
             without = score_exchange(now, own, nothing, originals[view], price, fines[view, 0])
             value += scores[view] - without + fines[view, 1] * fronts
+    return value
+
+
+@inner_kernel
+def _is_poor(index, views, images, layers, scores, nothing):
+    """Whether a triangle adds little to what all others score."""
+    total = np.int64(0)
+    for view in range(0, len(scores), _SAMPLE):
         total += scores[view]
+    value = _worth_of(index, views, images, layers, scores, nothing)
     return value * len(images) < _POOR * total
 
 
@@ -263,6 +275,65 @@ def _try_views(
     return change
 
 
+@inner_kernel
+def _scratch(projections, images):
+    """What :func:`_change_by` writes: pictures and eights of a triangle, and scores, in each view;
+    and the projections and the outlines as :func:`find_outlines` takes them."""
+    count = len(projections)
+    blocks = np.zeros(block_size(count))
+    for view in range(count):
+        put_projection(projections[view], view, blocks)
+    return (
+        np.zeros(images.shape[1:], np.uint64), np.zeros(count, np.uint64),
+        np.zeros(count, np.int64), blocks, np.zeros(OUTLINE_NUMBERS * BLOCK),
+    )  # fmt: skip
+
+
+@inner_kernel
+def _change_by(
+    trial, index, least, triangles, room, views, looks, images, layers, scores, scratch, work
+):  # fmt: skip
+    """The change of the score with the triangle ``trial`` (3, 3) in place of the one at ``index``;
+    :data:`_REFUSED` where that is less than ``least``, or it leaves the room."""
+    drawn, eights, trial_scores, blocks, outlines = scratch
+    p, q, r = corner(trial, 0), corner(trial, 1), corner(trial, 2)
+    change = np.int64(0)
+    seen = 0
+    for look in range(len(looks)):
+        end, times = looks[look]
+        # As dear as some fifty views, so it comes after a few and before most of them.
+        if times == 1 and not is_contained(p, q, r, room):
+            return np.int64(_REFUSED)
+        change += _try_views(
+            p, q, r, index, seen, end, triangles, blocks, views, images, layers, scores, drawn,
+            eights, trial_scores, outlines, work,
+        )  # fmt: skip
+        seen = end
+        # A few views that lose this much are hardly made good by the others.
+        if change * times < (2 * least if times > 1 else least):
+            return np.int64(_REFUSED)
+    return change
+
+
+@inner_kernel
+def _put(trial, index, total, triangles, images, layers, scores, scratch, best, best_score):
+    """Put the triangle that :func:`_change_by` saw last in place, which makes the score ``total``;
+    note the best yet."""
+    drawn, eights, trial_scores, _, _ = scratch
+    for view in range(len(scores)):
+        scores[view] = trial_scores[view]
+        exchange_picture(layers[view], images[index, view], drawn[view], eights[view])
+    for k in range(3):
+        for axis in range(3):
+            triangles[index, k, axis] = trial[k, axis]
+    if total > best_score[0]:
+        best_score[0] = total
+        for other in range(len(triangles)):
+            for k in range(3):
+                for axis in range(3):
+                    best[other, k, axis] = triangles[other, k, axis]
+
+
 @kernel(
     "float64[:, :, :], float64[:, :, :], (float64[:, :], float32[:, :, :], float32[:, :]), "
     f"uint64[:, :], int64, int64[:, :], {ROOM}, "
@@ -293,17 +364,11 @@ def anneal(
     count = len(triangles)
     views = (projections, depths, originals, price, fines)
     nothing = np.zeros(images.shape[2], np.uint64)
-    drawn = np.zeros(images.shape[1:], np.uint64)
-    eights = np.zeros(len(scores), np.uint64)
-    trial_scores = np.zeros(len(scores), np.int64)
+    scratch = _scratch(projections, images)
     trial, spare = np.zeros((3, 3)), np.zeros((3, 3))
     delta = np.zeros(3)
     cells = room[1].shape
     reach = _REACH * max(cells[0], cells[1], cells[2])
-    blocks = np.zeros(block_size(len(scores)))
-    for view in range(len(scores)):
-        put_projection(projections[view], view, blocks)
-    outlines = np.zeros(OUTLINE_NUMBERS * BLOCK)
     places = len(scores) + _LOOKS
     lookup = (np.empty((8, places)), np.empty(places, np.int64), originals)
     _transpose(projections, lookup[0], lookup[1])
@@ -338,40 +403,81 @@ def anneal(
             inside = inside and is_contained(point, point, point, room)
         if not inside:
             continue
-        p, q, r = corner(trial, 0), corner(trial, 1), corner(trial, 2)
         least = heats[0] * (heats[1] / heats[0]) ** share * np.log(_random(state) + 1e-300)
-        change = np.int64(0)
-        taken = True
-        seen = 0
-        for look in range(len(looks)):
-            end, times = looks[look]
-            # As dear as some fifty views, so it comes after a few and before most of them.
-            if times == 1 and not is_contained(p, q, r, room):
-                taken = False
-                break
-            change += _try_views(
-                p, q, r, index, seen, end, triangles, blocks, views, images, layers, scores, drawn,
-                eights, trial_scores, outlines, work,
-            )  # fmt: skip
-            seen = end
-            # A few views that lose this much are hardly made good by the others.
-            taken = change * times >= (2 * least if times > 1 else least)
-            if not taken:
-                break
-        if not taken:
+        change = _change_by(
+            trial, index, least, triangles, room, views, looks, images, layers, scores, scratch,
+            work,
+        )  # fmt: skip
+        if change == _REFUSED:
             continue
-        for view in range(len(scores)):
-            scores[view] = trial_scores[view]
-            exchange_picture(layers[view], images[index, view], drawn[view], eights[view])
-        for k in range(3):
-            for axis in range(3):
-                triangles[index, k, axis] = trial[k, axis]
         total += change
+        _put(trial, index, total, triangles, images, layers, scores, scratch, best, best_score)
         again = change > 0 and not anew
         poor = poor and not anew
-        if total > best_score[0]:
-            best_score[0] = total
-            for other in range(count):
-                for k in range(3):
-                    for axis in range(3):
-                        best[other, k, axis] = triangles[other, k, axis]
+
+
+@inner_kernel
+def _nearest(triangle, triangles):
+    """Index of the one of ``triangles`` whose corners are nearest to those of another, and the sum
+    of their squared distances."""
+    found, least = 0, np.inf
+    for index in range(len(triangles)):
+        distance = 0.0
+        for k in range(3):
+            for axis in range(3):
+                distance += (triangles[index, k, axis] - triangle[k, axis]) ** 2
+        if distance < least:
+            found, least = index, distance
+    return found, least
+
+
+@inner_kernel
+def _lowest(values):
+    """Index of the first of the lowest."""
+    found = 0
+    for index in range(len(values)):
+        if values[index] < values[found]:
+            found = index
+    return found
+
+
+@kernel(
+    "float64[:, :, :], float64[:, :, :], float64[:, :, :], "
+    "(float64[:, :], float32[:, :, :], float32[:, :]), "
+    f"uint64[:, :], int64, int64[:, :], {ROOM}, "
+    "uint64[:, :, :], uint64[:, :, :], int64[:], float64[:, :, :], int64[:], int64[:, :], int64[:]"
+)
+def take_from(
+    others, triangles, projections, depths, originals, price, fines, room, images, layers, scores,
+    best, best_score, looks, work,
+):  # fmt: skip
+    """Put each of ``others`` (k, 3, 3) where that raises the score: in place of the triangle that
+    is nearest to it, or else of the one that adds least.
+
+    All else is as :func:`anneal` has it.
+    """
+    views = (projections, depths, originals, price, fines)
+    scratch = _scratch(projections, images)
+    nothing = np.zeros(images.shape[2], np.uint64)
+    worths = np.zeros(len(triangles), np.int64)
+    for index in range(len(triangles)):
+        worths[index] = _worth_of(index, views, images, layers, scores, nothing)
+    total = np.sum(scores)
+    for other in range(len(others)):
+        index, distance = _nearest(others[other], triangles)
+        if distance == 0.0:  # both have it
+            continue
+        for _ in range(2):
+            change = _change_by(
+                others[other], index, 1.0, triangles, room, views, looks, images, layers, scores,
+                scratch, work,
+            )  # fmt: skip
+            if change != _REFUSED:
+                total += change
+                _put(
+                    others[other], index, total, triangles, images, layers, scores, scratch, best,
+                    best_score,
+                )  # fmt: skip
+                worths[index] = _MOST  # it adds something, and stays until the next exchange
+                break
+            index = _lowest(worths)

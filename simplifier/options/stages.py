@@ -174,7 +174,8 @@ class RefineOptions(OptionSet):
     occluders; time grows in proportion."""
 
     searches: int = option(2, low=1, high=64)
-    """Searches side by side, 1 to 64, that share the processors and go on from the best."""
+    """Searches side by side, 1 to 64, that share the processors and take from each other what they
+    gain by."""
 
     overcover: float = option(0.5, low=0.0, high=100.0)
     """What a measure that is hidden wrongly costs beside one hidden rightly, 0 to 100.  Raising it
@@ -197,7 +198,7 @@ class RefineOptions(OptionSet):
     """Directions that the search looks from, 1 to 4096."""
 
     rounds: int = option(10, low=1, high=20, words="refine rounds")
-    """How often at least searches go on from the best and prices follow, 1 to 20.  A long search
+    """How often at least searches take from each other and prices follow, 1 to 20.  A long search
     does so more often; where moves are few, fewer rounds leave more of them to each."""
 
     decimated: bool = option(True)
@@ -221,9 +222,9 @@ class Effort:
 
 
 PRESETS: dict[Preset, Effort] = {
-    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 6_000, 64, 5, False),
+    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 4_830, 64, 7, False),
     "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 22_800, 144, 10, True),
-    "best": Effort(SectionOptions(directions=128, depths=4), 8, 160_000, 144, 10, True),
+    "best": Effort(SectionOptions(directions=128, depths=4), 8, 140_000, 144, 10, True),
 }
 
 

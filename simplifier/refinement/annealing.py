@@ -12,7 +12,7 @@ from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.overrides import NOTHING
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray
-from simplifier.kernels.annealing import anneal
+from simplifier.kernels.annealing import anneal, take_from
 from simplifier.kernels.overhang import count_beside, widen
 from simplifier.kernels.pull import pull_triangles
 from simplifier.kernels.random_quads import full_areas
@@ -30,7 +30,11 @@ from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import precision_and_recall
 
 _STEPS = (6.0 / 64.0, 0.3 / 64.0)  # of the grid that a move spans at first and at last
-_HEATS = (5e-4, 2e-5)  # losses taken at first and at last, as shares of the original's measure
+ALONE, TOGETHER = 5e-4, 7e-4
+"""Losses that a search takes at first, as shares of the original's measure: more where others keep
+to what it leaves."""
+
+_LAST_HEAT = 2e-5  # what it takes at last
 _GLANCE = 16  # views that a move is judged on first; then on four times as many, and so on
 _PULLS = 48  # steps, each a sixteenth of the way: a twentieth of the size is left at the end
 _PULL = 1.0 / 16.0
@@ -142,15 +146,22 @@ class Annealing:
     """Simulated annealing of ``triangles`` (m, 3, 3) in grid space, m >= 1.
 
     Scores are whole numbers, those of :mod:`simplifier.kernels.soup_views`.  ``work`` (2,) int64
-    counts the views that moves drew and those that they scored.
+    counts the views that moves drew and those that they scored.  ``heat`` is :data:`ALONE` or
+    :data:`TOGETHER`.
     """
 
     def __init__(
-        self, triangles: FloatArray, room: Room, views: RefineViews, prices: Prices, seed: int
+        self,
+        triangles: FloatArray,
+        room: Room,
+        views: RefineViews,
+        prices: Prices,
+        seed: int,
+        heat: float = ALONE,
     ) -> None:
         count = len(views.projections)
         self._room, self._views, self._depths = room, views, views.depths.arrays()
-        self._before = cells_before(room)
+        self._before, self._heat = cells_before(room), heat
         self._price, self._fines = -1, np.zeros((count, 2), dtype=np.int64)
         self._set(prices)
         self._start = triangles
@@ -184,8 +195,8 @@ class Annealing:
 
     def run(self, moves: int, shares: tuple[float, float]) -> None:
         """Try some moves; ``shares`` of the whole search begin and end."""
-        heat = self._whole * min(1.0, _FEW / len(self._triangles))
-        heats = (_HEATS[0] * heat, _HEATS[1] * heat)
+        whole = self._whole * min(1.0, _FEW / len(self._triangles))
+        heats = (self._heat * whole, _LAST_HEAT * whole)
         length = max(self._room.shape) - 2.0 * self._room.margin
         steps = (_STEPS[0] * length, _STEPS[1] * length)
         anneal(
@@ -229,17 +240,14 @@ class Annealing:
         self._best_score[0] = self._draw()
         self._best[:] = self._triangles
 
-    def adopt(self, other: Annealing) -> None:
-        """Go on from the current state of another search of as many triangles, in its room and at
-        its prices."""
-        self._room, self._before = other._room, other._before
-        self._price, self._fines = other._price, other._fines
-        for mine, its in (
-            (self._triangles, other._triangles), (self._images, other._images),
-            (self._layers, other._layers), (self._scores, other._scores),
-            (self._best, other._best), (self._best_score, other._best_score),
-        ):  # fmt: skip
-            mine[:] = its
+    def take_from(self, others: FloatArray) -> None:
+        """Put each of other triangles (k, 3, 3) where that raises the score, in place of one that
+        is there."""
+        take_from(
+            others, self._triangles, self._views.projections, self._depths, self._views.originals,
+            self._price, self._fines, self._room.voxels, self._images, self._layers, self._scores,
+            self._best, self._best_score, _looks(len(self._scores)), self.work,
+        )  # fmt: skip
 
     def precision(self) -> float:
         """Of the current state in the search's own views, all quads counted."""

@@ -26,7 +26,14 @@ from simplifier.kernels.soup_views import FRONT_STEP, UNIT
 from simplifier.kernels.threads import run_each
 from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
-from simplifier.refinement.annealing import Annealing, Prices, RefineViews, pull_each
+from simplifier.refinement.annealing import (
+    ALONE,
+    TOGETHER,
+    Annealing,
+    Prices,
+    RefineViews,
+    pull_each,
+)
 from simplifier.refinement.finalists import DEAREST, Outlines
 
 _SLICE = 400 * TRIES  # moves between two looks at the listener, at most
@@ -35,7 +42,7 @@ _SLICE_SECONDS = (0.0005, 0.02)  # at least, so that a slice is worth its start,
 
 _ROUNDS = 20  # how often the searches compare their precision and score, at most
 _ROUND_SECONDS = 0.02  # that a time limit has to leave for each of them
-_LAST_ADOPTION = 0.85  # share of the search until which all go on from the best, round by round
+_LAST_EXCHANGE = 0.85  # share of the search until which all take from each other, round by round
 _FEW = 64  # triangles that any start is filled up to
 
 Stop = Callable[[float, float, Callable[[], FloatArray]], bool]
@@ -109,9 +116,11 @@ def _begin_searches(
 ) -> list[Annealing]:
     """As many searches: of the first soup, then of the others by score, and again."""
 
+    heat = TOGETHER if count > 1 else ALONE
+
     def search(begin: tuple[FloatArray, int]) -> Annealing:
         soup, index = begin
-        return Annealing(soup, room, views, prices, seed * count + index)
+        return Annealing(soup, room, views, prices, seed * count + index, heat)
 
     others = soups[1:] if count > 1 else []
     scores = [one.score for one in run_each(search, [(soup, 0) for soup in others])]
@@ -121,19 +130,29 @@ def _begin_searches(
 
 
 def _confer(searches: list[Annealing], bargain: Bargain, share: float) -> None:
-    """All go on from the best, at prices that its precision and its overhang ask for."""
-    best = max(searches, key=lambda search: search.score)
+    """All take from each other, and go on at prices that the best one's precision and overhang ask
+    for."""
     if share >= 1.0:
         return
+    if share < _LAST_EXCHANGE and len(searches) > 1:
+        _exchange(searches)
     room = bargain.room
-    bargain.follow(best, share)
-    for search in (best, *(one for one in searches if one is not best)):
-        if search is not best and share < _LAST_ADOPTION:
-            search.adopt(best)
-            continue
+    bargain.follow(max(searches, key=lambda search: search.score), share)
+    for search in searches:
         if bargain.room is not room:
             search.move_to(bargain.room)
         search.reprice(bargain.prices)
+
+
+def _exchange(searches: list[Annealing]) -> None:
+    """Each takes what gains from the next one as it was before, and the last one from the first.
+
+    So what one has found is not lost where another has found more, and they stay different.
+    """
+    found = [search.current() for search in searches]
+    run_each(
+        lambda index: searches[index].take_from(found[(index + 1) % len(found)]), range(len(found))
+    )
 
 
 _Slices = Iterator[tuple[int, tuple[float, float]]]
@@ -305,6 +324,6 @@ class Bargain:
         limit = self.room.limit
         if overhang > _FAR and share < _SETTLED and self._since >= _PAUSE and limit > SURFACE:
             self.room = self.room.up_to(limit - 1)
-        elif overhang < _NEAR and share < _LAST_ADOPTION and limit < self._most_room:
+        elif overhang < _NEAR and share < _LAST_EXCHANGE and limit < self._most_room:
             self.room = self.room.up_to(limit + 1)
         return self.room.limit != limit

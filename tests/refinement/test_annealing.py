@@ -83,20 +83,67 @@ def test_the_same_price_changes_nothing():
     assert search.score == worth == at_price(best, views_of(SMALL), 1)
 
 
-def test_a_search_that_adopts_another_goes_on_as_it_would():
-    """Best, state and pictures: with the same numbers drawn, both are the same from there on."""
-    one, other = hot(4), hot(5)
-    other.adopt(one)
-    assert np.array_equal(other.best(), one.best())
-    assert np.array_equal(current(other), current(one))
-    assert other.score == one.score
-    assert other.precision() == one.precision()
-    other._state[:] = one._state
-    for search in (one, other):
-        search.run(60 * TRIES, (0.4, 0.6))
-    assert np.array_equal(current(other), current(one))
-    assert np.array_equal(other.best(), one.best())
-    assert other.score == one.score
+def taken_plainly(triangles, others, price):
+    """As :func:`take_from`, by the score of whole soups in all views."""
+    views, soup = views_of(SMALL), triangles.copy()
+    worths = np.array([worth_in_a_sixth(soup, one, price) for one in range(len(soup))], float)
+    for other in others:
+        distances = ((soup - other) ** 2).sum(axis=(1, 2))
+        near = int(distances.argmin())
+        if distances[near] == 0.0:
+            continue
+        for place in (near, int(worths.argmin())):
+            trial = soup.copy()
+            trial[place] = other
+            if inside(other) and at_price(trial, views, price) > at_price(soup, views, price):
+                soup, worths[place] = trial, np.inf
+                break
+    return soup
+
+
+def inside(triangle):
+    found = np.empty(1, dtype=np.bool_)
+    all_contained(triangle[None], Room.of(ball()).voxels, found)
+    return bool(found[0])
+
+
+def worth_in_a_sixth(soup, index, price):
+    views = views_of(SMALL)
+    sixth = RefineViews(views.projections[::6].copy(), views.originals[::6].copy())
+    return at_price(soup, sixth, price) - at_price(np.delete(soup, index, axis=0), sixth, price)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_gains_is_taken_from_another_search(seed, monkeypatch):
+    """Each triangle in place of the nearest, or of the one that adds least, and no other."""
+    whole = np.array([[len(views_of(SMALL).projections), 1]])  # no look at a few views before
+    monkeypatch.setattr("simplifier.refinement.annealing._looks", lambda count: whole)
+    one, other = hot(seed, 6 * UNIT, moves=15), hot(seed + 20, 6 * UNIT, moves=120)
+    before, others = current(one), current(other)
+    one.take_from(others)
+    assert np.array_equal(current(one), taken_plainly(before, others, 6 * UNIT))
+    assert not np.array_equal(current(one), before)
+
+
+def test_taking_keeps_pictures_best_and_score_together():
+    """What a search is after that is what one would be that begins there."""
+    one, other = hot(4, 6 * UNIT), hot(5, 6 * UNIT)
+    was = at_price(current(one), views_of(SMALL), 6 * UNIT)
+    one.take_from(other.current())
+    afresh = Annealing(current(one), Room.of(ball()), views_of(SMALL), Prices(6 * UNIT), 0)
+    assert one.precision() == afresh.precision()
+    assert np.array_equal(one._layers, afresh._layers)
+    assert np.array_equal(one._images, afresh._images)
+    assert np.array_equal(one._scores, afresh._scores)
+    assert one._scores.sum() >= was
+    assert one.score == at_price(one.best(), views_of(SMALL), 6 * UNIT) >= one._scores.sum()
+
+
+def test_nothing_is_taken_that_leaves_the_room_or_is_there():
+    search = hot(2)
+    before, wide = current(search), crossed_quads(40.0)
+    search.take_from(np.concatenate([wide, before, before]))
+    assert np.array_equal(current(search), before)
 
 
 def test_a_measure_is_a_share_of_the_originals_own():

@@ -14,7 +14,7 @@ from simplifier.kernels.voxelize import is_contained, mark_triangles
 from simplifier.options.stages import RefineOptions
 from simplifier.progress import Deadline
 from simplifier.refinement.annealing import Annealing, Prices
-from simplifier.refinement.search import Bargain, _by_time, refine
+from simplifier.refinement.search import Bargain, _by_time, _exchange, refine
 from tests.refinement.soups import SIZE, ball, crossed_quads, score, views_of
 
 
@@ -146,6 +146,33 @@ def test_each_search_gives_a_result_and_the_best_comes_first():
     scores = [score(soup, views) for soup in found]
     assert len(found) == 3
     assert scores[0] == max(scores)
+
+
+def test_searches_take_from_the_next_one_what_gains():
+    """Each has one of three squares, and specks in place of the others."""
+    views, quads, specks = views_of(ball()), crossed_quads(), crossed_quads(0.5)
+    squares = [quads[2 * one : 2 * one + 2] for one in range(3)]
+    searches = [
+        Annealing(np.concatenate([square, specks[2:]]), Room.of(ball()), views, Prices(UNIT), seed)
+        for seed, square in enumerate(squares)
+    ]
+    before = [search.score for search in searches]
+    _exchange(searches)
+    for one, search in enumerate(searches):
+        has = [all((search.current() == corners).all(axis=(1, 2)).any() for corners in square)
+               for square in squares]  # fmt: skip
+        assert has == [other in (one, (one + 1) % 3) for other in range(3)]
+        assert search.score > before[one]
+
+
+@pytest.mark.parametrize(("searches", "taken"), [(1, 0), (2, 2 * 16), (3, 3 * 16)])
+def test_searches_take_until_the_last_seventh(searches, taken, monkeypatch):
+    """What each has found by itself after that is left to the judge."""
+    given = []
+    monkeypatch.setattr(Annealing, "take_from", lambda self, others: given.append(others))
+    options = RefineOptions(moves=20 * TRIES, searches=searches, overhang=0.01, rounds=20)
+    refine([crossed_quads()], Room.of(ball()), views_of(ball()), 6, options, 0)
+    assert len(given) == taken
 
 
 def test_same_on_any_number_of_threads(monkeypatch):

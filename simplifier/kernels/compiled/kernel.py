@@ -1,7 +1,7 @@
 """The decorators that kernels wear, and what they give: functions of machine code.
 
 A kernel that Python calls says what it takes (:mod:`simplifier.kernels.compiled.signature`).  Its
-first call takes the machine code of its file, which is compiled once (``builders.py``), in two
+first call takes the machine code of its file, which is compiled once (``library.py``), in two
 processes where there are two processors, and kept.  Others are called by kernels alone and are
 compiled with them; when a test calls one, numba compiles it there and then for what it was given.
 

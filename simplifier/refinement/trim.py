@@ -17,7 +17,7 @@ from simplifier.kernels.overhang import weigh_each
 from simplifier.kernels.threads import run_chunks
 from simplifier.refinement.finalists import Judge, Outlines
 
-_FAULTS = 0.06  # of recall, that make cutting back worth its time
+_FAULTS = 0.03  # of recall, that make cutting back worth its time
 _PASSES = 1.1  # times the overhang asked for: no more is cut back, since a report shows less
 _STEP = 0.06  # of the way from a corner to the opposite edge, or from an edge to its corner
 _STEPS = 12  # that a triangle is cut back by, at most

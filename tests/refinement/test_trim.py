@@ -95,7 +95,7 @@ def test_what_sticks_out_no_more_than_asked_for_is_left_as_it_is(judge):
 
 
 def test_only_what_loses_much_by_its_faults_is_worth_it(judge):
-    soup, within = one_sticks_out(), sides(-0.25)
+    soup, within = one_sticks_out(), sides(-0.1)
     assert is_worth_cutting(soup, soup, judge)
     assert not is_worth_cutting(soup, within, judge)
     assert not is_worth_cutting(within, within, judge)

@@ -31,8 +31,8 @@ from simplifier.refinement.finalists import precision_and_recall
 
 _STEPS = (6.0 / 64.0, 0.3 / 64.0)  # of the grid that a move spans at first and at last
 ALONE, TOGETHER = 5e-4, 7e-4
-"""Losses that a search takes at first, as shares of the original's measure: more where others keep
-to what it leaves."""
+"""Losses that a search takes at first, as shares of the original's measure: more where another one
+keeps what it gives up."""
 
 _LAST_HEAT = 2e-5  # what it takes at last
 _GLANCE = 16  # views that a move is judged on first; then on four times as many, and so on

@@ -145,7 +145,7 @@ def _confer(searches: list[Annealing], bargain: Bargain, share: float) -> None:
 
 
 def _exchange(searches: list[Annealing]) -> None:
-    """Each takes what gains from the next one as it was before, and the last one from the first.
+    """Each takes from the next one, as that was before, what it gains by; the last from the first.
 
     So what one has found is not lost where another has found more, and they stay different.
     """

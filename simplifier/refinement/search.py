@@ -213,6 +213,8 @@ _OVERLOOKED = 1.5  # what is hidden wrongly in all views, beside those that the 
 _FINE = 800.0  # of a pixel past the outline at first: 25 units of twice a measure
 _HIGHER, _LOWER = 2.0, 0.6  # what a round changes all fines by, at most and at first
 _MOST, _LEAST = 64.0, 1.0 / _FINE  # times the first
+_HASTY = 0.015  # of overhang asked for, below which fines that have few rounds begin higher
+_HASTE = 3.0  # the power of the pace that is as many times the first as they begin at, at most
 
 _TOLL = 100.0  # of a pixel in front at first
 _MOST_TOLL = 16.0  # times that: beyond, meshes that cannot have so little lose all they hide
@@ -242,7 +244,8 @@ class Bargain:
     it would only take out triangles.
 
     ``outlines``  where overhang and front are judged; None: by the search's own views.
-    ``pace``      times as many moves between two rounds as usual: prices change to that power.
+    ``pace``      times as many moves between two rounds as usual: prices change to that power, and
+                  fines begin higher where little may stick out, since there are few rounds to rise.
     """
 
     def __init__(
@@ -259,7 +262,8 @@ class Bargain:
         self._overhang, self._outlines = options.overhang, outlines
         areas = np.maximum(np.bitwise_count(views.originals).sum(axis=1, dtype=np.int64), 1)
         self._fines = _FINE * areas.mean() / areas
-        self._level = 1.0
+        scarce = max(_HASTY / max(self._overhang, 1e-6), 1.0)
+        self._level = min(scarce, max(pace, 1.0) ** _HASTE)
         self._pace = pace
         self._most_room, self._since = room.limit, 0  # layers, and rounds in the same room
         self._front = options.front if views.depths.known else 1.0

@@ -154,6 +154,24 @@ def test_after_twice_the_moves_a_round_changes_prices_by_the_square(sign):
     assert few_fine == pytest.approx(usual_fine**2, rel=0.1)
 
 
+@pytest.mark.parametrize(
+    ("pace", "overhang", "times"),
+    [
+        (1.0, 0.005, 1.0),  # as many rounds as usual have time to rise
+        (0.5, 0.005, 1.0),
+        (1.44, 0.005, 3.0),
+        (1.44, 0.01, 1.5),
+        (1.44, 0.001, 3.0),  # and no higher, or it would take out what could be moved
+        (1.44, 0.05, 1.0),  # fines that began higher could not fall in time
+    ],
+)
+def test_fines_that_have_few_rounds_begin_higher_where_little_may_stick_out(pace, overhang, times):
+    """A quarter of the drafts stuck out by more than 0.6 % where 0.5 % was asked for."""
+    usual = bargain(overhang=0.005).prices.fines
+    begun = bargain(pace=pace, overhang=overhang).prices.fines
+    assert begun == pytest.approx(times * usual, rel=0.01)
+
+
 def test_what_the_search_cannot_see_takes_a_narrower_room_and_no_fine():
     prices = bargain(Judge(0.02), overhang=0.005)
     unseen = Found(shown=np.full(16, 0.0005))

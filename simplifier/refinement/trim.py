@@ -42,9 +42,14 @@ class _Step:
 
 def is_worth_cutting(triangles: FloatArray, chosen: FloatArray, judge: Judge) -> bool:
     """Whether more of a soup (m, 3, 3) sticks out than passes, and without its faults it would be
-    worth far more than what is ``chosen``."""
-    score = judge.score(triangles)
-    if score.overhang <= _PASSES * judge.overhang:
+    worth far more than what is ``chosen``.
+
+    More may stick out in one view alone.  Where that soup is chosen all the same, cutting it back
+    for that view would take away far more in others.
+    """
+    score, most = judge.score(triangles), _PASSES * judge.overhang
+    one_view = triangles is not chosen and score.worst > 2.0 * most
+    if score.overhang <= most and not one_view:
         return False
     return score.recall - judge.worth(chosen) >= _FAULTS
 

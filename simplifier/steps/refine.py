@@ -251,7 +251,8 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
     chosen, judge, cut = refined.triangles, run.judge, []
     for one in found:
         if is_worth_cutting(one, chosen, judge) and not run.cancelled():
-            cut += trimmed(one, judge)
+            least = 0.0 if one is chosen else judge.recall(chosen)
+            cut += [left for left in trimmed(one, judge) if judge.recall(left) >= least]
     worths = judge.worths([chosen, *cut])
     if max(worths) < worths[0] + _GAIN:
         return refined, doubtful

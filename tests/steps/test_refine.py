@@ -326,6 +326,50 @@ def test_what_sticks_out_at_last_is_cut_back(monkeypatch, mesh):
     check_triangles(result.occluder, 24)
 
 
+class Known:
+    """A judge that knows occluders by their lengths: recall and worth of each."""
+
+    def __init__(self, known):
+        self.known = known
+
+    def worths(self, soups):
+        return [self.worth(soup) for soup in soups]
+
+    def recall(self, soup):
+        return self.known[len(soup)][0]
+
+    def worth(self, soup):
+        return self.known[len(soup)][1]
+
+
+@pytest.mark.parametrize(
+    ("chosen", "cut", "kept"),
+    [
+        (1, (0.75, 0.75), 1),  # worth no more than what is chosen, but for chance
+        (1, (0.85, 0.84), 3),
+        (1, (0.78, 0.90), 1),  # of what was not chosen, and hides less
+        (2, (0.70, 0.70), 3),  # of what was chosen, which hid more
+    ],
+)
+def test_what_is_cut_of_others_hides_no_less_than_what_is_chosen(monkeypatch, chosen, cut, kept):
+    soups = {count: np.ones((count, 3, 3)) for count in (1, 2, 3)}
+    judge = Known({1: (0.80, 0.80), 2: (0.90, 0.50), 3: cut})
+    monkeypatch.setattr(
+        refine_step, "_searched",
+        lambda *given: ([soups[2]], Refined(soups[chosen], 1.0, "W."), False),
+    )  # fmt: skip
+    monkeypatch.setattr(refine_step, "is_worth_cutting", lambda *given: True)
+    monkeypatch.setattr(refine_step, "trimmed", lambda *given: [soups[3]])
+    run = SimpleNamespace(
+        judge=judge, cancelled=lambda: False, deadline=Deadline.after(None),
+        looks=SimpleNamespace(room_for=lambda budget: SimpleNamespace(bound=2.0)),
+    )  # fmt: skip
+    refined, doubtful = refine_step._found(run, 256, 0.0, 1.0)
+    assert len(refined.triangles) == kept
+    assert refined.words.endswith("cut back where it stuck out.") == (kept == 3)
+    assert not doubtful
+
+
 def test_asking_for_less_front_gives_less_and_the_same_bytes_each_time():
     """Of a torus, whose hole a few triangles would close in plain sight of who looks along it."""
     mesh, shares = torus(), []
@@ -336,19 +380,6 @@ def test_asking_for_less_front_gives_less_and_the_same_bytes_each_time():
         shares.append((measure_front(mesh, made, directions).mean, made.vertices.tobytes()))
     assert shares[1] == shares[2]
     assert shares[1][0] < 0.7 * shares[0][0]
-
-
-class OfTwo:
-    """A judge that knows two occluders by their lengths: recall and worth of each."""
-
-    def __init__(self, small, large):
-        self.known = {1: small, 2: large}
-
-    def recall(self, soup):
-        return self.known[len(soup)][0]
-
-    def worth(self, soup):
-        return self.known[len(soup)][1]
 
 
 @pytest.mark.parametrize(
@@ -369,7 +400,7 @@ def test_fewer_triangles_are_kept_where_they_hide_more(monkeypatch, small, large
         refine_step, "_found", lambda run, budget, begin, end: (found[budget], True)
     )
     run = SimpleNamespace(
-        divided=True, cancelled=lambda: False, judge=OfTwo(small, large),
+        divided=True, cancelled=lambda: False, judge=Known({1: small, 2: large}),
         deadline=Deadline.after(None),
     )  # fmt: skip
     result = refine_step._never_worse(run, 65, 0.0, 1.0)
@@ -398,7 +429,7 @@ def test_which_budgets_are_tried(monkeypatch, budget, divided, asked):
 
     monkeypatch.setattr(refine_step, "_found", found)
     run = SimpleNamespace(
-        divided=divided, cancelled=lambda: False, judge=OfTwo((0, 0), (0.5, 0.5)),
+        divided=divided, cancelled=lambda: False, judge=Known({1: (0, 0), 2: (0.5, 0.5)}),
         deadline=Deadline.after(None),
     )  # fmt: skip
     refine_step._never_worse(run, budget, 0.0, 1.0)

@@ -16,7 +16,6 @@ from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from importlib import import_module
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, Protocol, cast
 
@@ -191,6 +190,8 @@ def pool_named(name: str | None) -> AbstractContextManager[Pool | None]:
     """
     if name is None:
         return nullcontext()
+    from importlib.metadata import entry_points  # which takes a while to load
+
     check_kind("pool", name, str, "its name, or None for this machine alone")
     known = {one.name: one for one in entry_points(group=POOL_GROUP)}
     if name not in known:

@@ -15,7 +15,6 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
@@ -187,6 +186,8 @@ MAKER_GROUP = "occluder.makers"
 
 def maker_at(address: str, key: str | None, stop: threading.Event) -> AbstractContextManager[Maker]:
     """Raises :class:`OptionError` for an address that nobody is asked at."""
+    from importlib.metadata import entry_points  # which takes a while to load
+
     scheme = address.partition("://")[0].lower() if "://" in address else ""
     known = {one.name: one for one in entry_points(group=MAKER_GROUP)}
     if scheme not in known:

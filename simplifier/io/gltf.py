@@ -113,7 +113,7 @@ def read_instances(
 
 def _meshes_in_use(instances: Instances) -> list[int]:
     """The meshes that have a place."""
-    return list(np.unique(instances.mesh_of).tolist())
+    return sorted(set(instances.mesh_of.tolist()))
 
 
 def objects(data: bytes, path: Path, see_through: bool) -> Objects:

@@ -18,7 +18,7 @@ from simplifier.selection.greedy import Cut
 
 _POWERS = (1.0, 0.85)  # one search each; a lower power likes larger polygons
 _NEXT_TO_NOTHING = 0.125  # of the budget
-_LEVELS = np.unique(np.round(np.geomspace(1.0, 1e5, 40)).astype(np.int32))
+_LEVELS = np.array(sorted(set(np.round(np.geomspace(1.0, 1e5, 40)))), dtype=np.int32)
 """They grow by a third: those between change little that a search can see."""
 
 

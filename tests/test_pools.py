@@ -13,7 +13,7 @@ from simplifier.pools import LocalPool, PoolJob, Shared, joined, pool_named
 
 
 def known(monkeypatch, *found):
-    monkeypatch.setattr(pools, "entry_points", lambda group: found)
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda group: found)
 
 
 def test_no_name_is_this_machine():

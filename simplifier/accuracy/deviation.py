@@ -133,7 +133,9 @@ def _largest_distance(triangles: FloatArray, original: _Original, allowed: float
     cut in two.  Batches of a fixed size: the largest is known to all pieces of the next one, and
     the result does not depend on threads.
     """
-    largest = float(original.distances(np.unique(triangles.reshape(-1, 3), axis=0)).max())
+    # With indices, since np.unique without them loads numpy's masked arrays.
+    corners, _ = np.unique(triangles.reshape(-1, 3), axis=0, return_index=True)
+    largest = float(original.distances(corners).max())
     slack = max(allowed, 1e-9 * (largest + float(np.ptp(triangles))))
     waiting = [triangles]
     while waiting:

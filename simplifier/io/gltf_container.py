@@ -49,10 +49,7 @@ def open_document(data: bytes, where: str, *, names_once: bool = True) -> GltfDo
 
     ``names_once``  as of :func:`parse_json`.
     """
-    if data[:4] == GLB_MAGIC:
-        text, binary = _split_chunks(data, where)
-    else:
-        text, binary = data, None
+    text, binary = split_chunks(data, where)
     root = parse_json(text, where, names_once=names_once)
     _check_version(root)
     _check_extensions(root)
@@ -147,8 +144,11 @@ def _check_header(data: bytes, size: int, where: str) -> int:
     return length
 
 
-def _split_chunks(data: bytes, where: str) -> tuple[bytes, bytes | None]:
-    """The JSON chunk and the first binary one; others are skipped, as the format asks for."""
+def split_chunks(data: bytes, where: str) -> tuple[bytes, bytes | None]:
+    """The JSON chunk and the first binary one; others are skipped, as the format asks for.  All of
+    a file that is no GLB is JSON."""
+    if data[:4] != GLB_MAGIC:
+        return data, None
     length = _check_header(data, len(data), where)
     chunks: dict[int, bytes] = {}
     position = 12

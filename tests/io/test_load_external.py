@@ -11,6 +11,7 @@ import pytest
 
 import simplifier
 from simplifier.errors import EmptyMeshError, UnreadableMeshError
+from simplifier.io.gltf import external
 from tests.acceptance.command import environment
 from tests.io.builders import tetrahedron_gltf
 
@@ -32,6 +33,18 @@ def test_a_file_that_refers_to_another_is_refused(tmp_path: Path, name: str, uri
     path = write(tmp_path / "in", uri)
     with pytest.raises(UnreadableMeshError, match=r"refers to another file, .*export a single"):
         getattr(simplifier, name)(path, allow_external=False)
+
+
+@pytest.mark.parametrize(
+    "name", [rb"\u0075ri", rb"u\u0072i", rb"ur\u0069", rb"\u0075\u0072\u0069"], ids=bytes.decode
+)
+def test_however_the_name_of_the_member_is_written(tmp_path: Path, name: bytes) -> None:
+    path = write(tmp_path / "in", "beside.bin")
+    path.write_bytes(path.read_bytes().replace(b'"uri"', b'"' + name + b'"'))
+    assert name in path.read_bytes()
+    with pytest.raises(UnreadableMeshError, match="refers to another file"):
+        simplifier.load(path, allow_external=False)
+    assert external(path.read_bytes(), path) == ["beside.bin"]
 
 
 def test_a_file_beside_is_read_where_that_is_allowed(tmp_path: Path) -> None:

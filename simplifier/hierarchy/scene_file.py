@@ -209,8 +209,9 @@ DAMAGE = (TypeError, ValueError, ArithmeticError)
 """What a missing key or a wrong value, a wrong type or too large a number raises."""
 
 _MOST = 2**32
-_LEAF = {"bounds", "object", "part", "transform", *LEVELS}
-_INNER = {"bounds", "children", LEVELS[0]}
+_LEAF, _INNER = {"bounds", "object", "part", "transform"}, {"bounds", "children"}
+_KEYS = (_LEAF, _LEAF | set(LEVELS)), (_INNER, _INNER | {LEVELS[0]})
+"""Of a leaf and of an inner node: those that it needs, and all that it can have."""
 
 Row = Mapping[str, Any]
 
@@ -220,10 +221,10 @@ def rows_of(nodes: Any) -> list[Row]:
     if not isinstance(nodes, list) or not nodes:
         raise ValueError("'nodes' is not a list of nodes")
     for place, row in enumerate(nodes):
-        allowed = _INNER if "children" in row else _LEAF
-        for name in sorted(allowed - set(LEVELS)):
-            value_of(row, name, f"node {place}")
-        if not set(row) <= allowed:
+        needed, allowed = _KEYS["children" in row]
+        if not isinstance(row, dict) or not needed <= row.keys() <= allowed:
+            for name in sorted(needed):
+                value_of(row, name, f"node {place}")
             raise ValueError(f"node {place} has a key that it cannot have")
     return nodes
 
@@ -337,18 +338,21 @@ def _depth_first(
     children: NDArray[np.int64], parts: NDArray[np.int64]
 ) -> tuple[IntArray, IntArray]:
     """(order, spans) of a tree: parts in the order of its leaves, and what lies below each node."""
-    sizes = np.ones(len(children), dtype=np.int32)
-    begins = np.zeros(len(children), dtype=np.int32)
-    ranges = [slice(first, first + count) for first, count in children.tolist()]
-    for node in np.nonzero(children[:, 1])[0][::-1]:
-        sizes[node] = sizes[ranges[node]].sum()
-    for node in np.nonzero(children[:, 1])[0]:
-        below = sizes[ranges[node]]
-        begins[ranges[node]] = begins[node] + np.cumsum(below) - below
+    # Lists, since nodes have few children: a call of numpy takes longer than such a sum.
+    sizes, begins = [1] * len(children), [0] * len(children)
+    inner = [(node, *row) for node, row in enumerate(children.tolist()) if row[1] > 0]
+    for node, first, count in reversed(inner):
+        sizes[node] = sum(sizes[first : first + count])
+    for node, first, count in inner:
+        begin = begins[node]
+        for child in range(first, first + count):
+            begins[child] = begin
+            begin += sizes[child]
     leaves = children[:, 1] == 0
+    starts = np.array(begins, dtype=np.int32)
     order = np.empty(np.count_nonzero(leaves), dtype=np.int32)
-    order[begins[leaves]] = parts[leaves]
-    return order, np.column_stack([begins, begins + sizes])
+    order[starts[leaves]] = parts[leaves]
+    return order, np.column_stack([starts, starts + np.array(sizes, dtype=np.int32)])
 
 
 def _numbers(values: list[Any], shape: tuple[int, ...], name: str) -> FloatArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -98,7 +99,8 @@ def _targets(meshes: Sequence[Path], folder: Path | None, form: str) -> list[Pat
         raise OptionError(
             f"'{form}' is not a format", where="format", remedy=f"choose from {known}"
         )
-    if folder is not None and not folder.is_dir():
+    # Of a Path, a name that is too long would raise.
+    if folder is not None and not os.path.isdir(folder):  # noqa: PTH112
         raise OutputError("there is no such folder", where=str(folder), remedy="create it first")
     targets = [
         (mesh.parent if folder is None else folder) / f"{mesh.stem}_occluder{suffix}"

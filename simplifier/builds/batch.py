@@ -10,6 +10,7 @@ from simplifier.builds.finding import Requirements
 from simplifier.builds.making import AssetJob, Target
 from simplifier.builds.outputs import Output, fill_fields, is_template
 from simplifier.errors import ManifestError, OptionError
+from simplifier.io.places import followed
 from simplifier.options.simplify import SimplifyOptions, WriteOptions
 
 
@@ -23,7 +24,7 @@ def places_of(meshes: Sequence[Path], output: Path, options: SimplifyOptions) ->
     places = {mesh: _place(mesh, output) for mesh in meshes}
     assets = [
         Asset(
-            mesh.resolve().as_posix(), (Output(place.resolve().as_posix()),), options,
+            followed(mesh).as_posix(), (Output(followed(place).as_posix()),), options,
             Requirements(), _WHERE,
         )
         for mesh, place in places.items()

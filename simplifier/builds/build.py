@@ -49,6 +49,7 @@ from simplifier.builds.staleness import (
 )
 from simplifier.errors import OutputError
 from simplifier.io.files import remove_drafts
+from simplifier.io.places import followed, is_there
 from simplifier.kernels.threads import thread_count
 from simplifier.processes import JobFunction, JobOutcome, answer_of, run_jobs
 from simplifier.progress import Cancel, TellCount
@@ -86,7 +87,7 @@ def build_assets(
     Raises :class:`~simplifier.errors.ManifestError` for a bad manifest or record, and
     :class:`OutputError` where another build runs or the record cannot be written.
     """
-    folder = path.resolve().parent
+    folder = followed(path).parent
     with whole_build(folder) if shard is None else shard_build(folder, shard):
         if shard is not None:
             check_other_shards(path, shard)
@@ -119,7 +120,7 @@ def _keeper(path: Path, seen: Examined, shard: Shard | None) -> RecordKeeper:
         return RecordKeeper(record_path(path), seen.record)
     own = {one.name: seen.record[one.name] for one in seen.assets if one.name in seen.record}
     place = shard_path(path, shard)
-    made = read_shard_record(place).made if place.exists() else {}
+    made = read_shard_record(place).made if is_there(place) else {}
     kept = {name: one for name, one in made.items() if name in own and name not in seen.stale}
     return ShardKeeper(path, shard, own, kept)
 

@@ -23,6 +23,7 @@ from simplifier.builds.shard_record import (
 from simplifier.builds.shards import Shard, shard_number
 from simplifier.builds.staleness import Examined, Plan, examine, find_gone, judge_unmade, make_plan
 from simplifier.errors import ManifestError
+from simplifier.io.places import followed
 from simplifier.version import VERSION
 
 _NAMED = 3  # of many: the others are counted
@@ -42,7 +43,7 @@ def join_shards(path: Path, before: Record) -> list[Finding]:
     :class:`~simplifier.errors.OutputError` where a build runs or the record cannot be written.
     Nothing is changed then.
     """
-    with whole_build(path.resolve().parent):
+    with whole_build(followed(path).parent):
         records = read_shard_records(path)
         plan = make_plan(path)
         if records:

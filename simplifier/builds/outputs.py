@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from simplifier.errors import ManifestError
+from simplifier.io.places import is_folder
 from simplifier.io.suffixes import OCCLUDER_SUFFIXES, QUAD_SUFFIXES
 from simplifier.options.fields import OptionSet, shared
 from simplifier.options.simplify import Embedding, Sides, WriteOptions
@@ -63,7 +64,7 @@ def is_for_many(output: Path) -> bool:
 
     What has no suffix is no file that could be written.
     """
-    return output.is_dir() or not output.suffix or is_template(output)
+    return is_folder(output) or not output.suffix or is_template(output)
 
 
 def is_template(output: Path) -> bool:

@@ -22,6 +22,7 @@ from simplifier.builds.finding import AssetFigures, Finding
 from simplifier.checks import is_finite
 from simplifier.errors import ManifestError, OptionError
 from simplifier.io.files import read_bytes, write_whole
+from simplifier.io.places import is_file, is_there
 
 _SCHEMA_VERSION = 1
 _CONFLICT = re.compile(rb"^<<<<<<< ", re.MULTILINE)
@@ -61,7 +62,7 @@ def record_path(manifest: Path) -> Path:
 
 def read_record(path: Path) -> Record:
     """Empty where there is none yet; raises :class:`ManifestError` for a damaged one."""
-    if not path.exists():
+    if not is_there(path):
         return {}
     return parse_record(read_bytes(path, error=ManifestError, remedy="remove it"), str(path))
 
@@ -229,7 +230,7 @@ def baseline(against: str, manifest: Path) -> Record:
     Raises :class:`OptionError` for what is neither a file nor a revision, and
     :class:`~simplifier.errors.ManifestError` for a record that is damaged.
     """
-    if Path(against).is_file():
+    if is_file(Path(against)):
         return read_record(Path(against))
     name = record_path(manifest).name
     shown = _git(manifest.parent, "ls-tree", "--name-only", against, "--", name)

@@ -21,6 +21,7 @@ from simplifier.builds.shards import Shard, read_shard
 from simplifier.checks import is_finite
 from simplifier.errors import ManifestError, OptionError
 from simplifier.io.files import make_folder, read_bytes, write_whole
+from simplifier.io.places import is_folder
 from simplifier.version import VERSION
 
 _SCHEMA_VERSION = 1
@@ -138,7 +139,7 @@ def remove_shard_records(manifest: Path) -> None:
     folder = shards_folder(manifest)
     aside = folder.with_name(f".{folder.name}.joined")
     shutil.rmtree(aside, ignore_errors=True)
-    if folder.is_dir():
+    if is_folder(folder):
         folder.rename(aside)
         shutil.rmtree(aside, ignore_errors=True)
 

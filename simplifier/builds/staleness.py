@@ -20,6 +20,7 @@ from simplifier.builds.outputs import Output, level_base
 from simplifier.builds.record import Entry, Record, read_record, record_path
 from simplifier.builds.shard_record import read_shard_record, shard_path
 from simplifier.builds.shards import Shard
+from simplifier.io.places import is_there
 from simplifier.io.suffixes import overrides_place
 from simplifier.kernels.threads import thread_count
 from simplifier.options.simplify import SimplifyOptions
@@ -183,7 +184,7 @@ def examine_shard(path: Path, shard: Shard | None, digests: Digests) -> Examined
     """
     plan = make_plan(path)
     newer = None
-    if shard is not None and shard_path(path, shard).exists():
+    if shard is not None and is_there(shard_path(path, shard)):
         newer = read_shard_record(shard_path(path, shard)).entries
     return examine(plan, digests, shard=shard, newer=newer)
 
@@ -219,6 +220,6 @@ def find_gone(seen: Examined) -> Iterator[Finding]:
     """Those of the record that are no assets any more, where what was made of them is there."""
     names = {asset.name for asset in seen.planned}
     for name in sorted(seen.record.keys() - names):
-        left = [one for one in seen.leftovers(name) if (seen.manifest.folder / one).exists()]
+        left = [one for one in seen.leftovers(name) if is_there(seen.manifest.folder / one)]
         if left:
             yield Finding(name, State.GONE, f"no such asset, and '{left[0]}' is still there")

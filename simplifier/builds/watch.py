@@ -14,6 +14,7 @@ from simplifier.builds.finding import Finding, State
 from simplifier.builds.making import Maker
 from simplifier.builds.record import read_record, record_path
 from simplifier.errors import ManifestError, OccluderError
+from simplifier.io.places import followed, is_folder
 from simplifier.progress import Cancel
 
 _QUIET = 200  # ms without a change: until then a file may be half written
@@ -42,7 +43,7 @@ def watch_assets(
     changes.  What was made of one that is there no more stays: it may be back in a moment.  Raises
     :class:`ManifestError` where there is no folder to watch.
     """
-    if not path.resolve().parent.is_dir():
+    if not is_folder(followed(path).parent):
         raise ManifestError("there is no such folder", where=str(path), remedy="check the path")
     told = _Told(found, refused)
     digests, failed = Digests(), frozenset[str]()
@@ -65,7 +66,7 @@ def _changes(path: Path, cancel: Cancel) -> Iterator[Collection[Path] | None]:
     """Paths that have changed, resolved; None at first, and once more, for what has changed before
     the watch began."""
     yield None
-    folder, record = path.resolve().parent, record_path(path.resolve())
+    folder, record = followed(path).parent, record_path(followed(path))
 
     def counts(change: Change, name: str) -> bool:
         place = Path(name)
@@ -88,9 +89,9 @@ def _failed_and_untouched(
     path: Path, failed: Collection[str], changed: Collection[Path] | None
 ) -> Collection[str]:
     """Those that failed and will again: beside them nothing changed but outputs."""
-    if not failed or changed is None or path.resolve() in changed:
+    if not failed or changed is None or followed(path) in changed:
         return ()
-    folder = path.resolve().parent
+    folder = followed(path).parent
     record = read_record(record_path(path))
     outputs = {folder / file for entry in record.values() for file in entry.outputs}
     touched = {one.parent for one in changed if one not in outputs}

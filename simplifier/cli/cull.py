@@ -34,6 +34,7 @@ from simplifier.hierarchy.occluder_tree import OccluderTree
 from simplifier.hierarchy.scene_file import load_occluder_tree
 from simplifier.io.camera_path import load_camera_path
 from simplifier.io.files import make_folder, write_whole
+from simplifier.io.places import followed, is_file
 from simplifier.io.pvs_file import load_pvs
 from simplifier.io.scene import load_scene
 from simplifier.io.scene_layers import hiding_of, whole_scene
@@ -110,18 +111,18 @@ def cull(
             make_folder(output)
             flown = _fly(read, drawn, cameras, options, sets, listening)
             with listening.deferred():  # what was measured is not to be lost to a late Ctrl-C
-                for name, data in flythrough_files(flown, scene.resolve().name):
+                for name, data in flythrough_files(flown, followed(scene).name):
                     with listening.held():
                         write_whole(output / name, data)
                 print_rows(
-                    f"{scene.resolve().name}, {path.name}", summary_rows(flown), read.warnings
+                    f"{followed(scene).name}, {path.name}", summary_rows(flown), read.warnings
                 )
                 print_text(COUNTED)
                 for table in drawn_tables(flown):
                     print_table(*table)
                 made = f"cull.csv, cull.json, walk.html, cull.png and frames.png in {output}"
                 print_closing(made, _good(flown), f"open {output / 'walk.html'}")
-                print_json(summary(flown, scene.resolve().name))
+                print_json(summary(flown, followed(scene).name))
         if not flown.complete:
             frames = f"{len(flown.frames)} of {len(cameras.cameras)} frames"
             print_line(f"warning: interrupted after {frames}; {output} holds what they gave")
@@ -140,7 +141,7 @@ def _good(flown: Flythrough) -> str:
 
 def _load(occluders: Path) -> OccluderTree | Scene:
     """What is a file holds occluders as objects, whatever they look like."""
-    if occluders.is_file():
+    if is_file(occluders):
         return load_scene(occluders, transparent="keep")
     return load_occluder_tree(occluders)
 

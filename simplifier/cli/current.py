@@ -22,6 +22,7 @@ from simplifier.builds.digests import Digests
 from simplifier.builds.making import mesh_stamp
 from simplifier.errors import OccluderError
 from simplifier.io.files import make_folder, write_whole
+from simplifier.io.places import followed
 from simplifier.kernels.threads import thread_count
 from simplifier.options.fields import OptionSet
 from simplifier.version import VERSION
@@ -58,7 +59,7 @@ class Making:
         chosen = {name: value for one in options for name, value in one.chosen().items()}
         asked = {"version": VERSION, "mesh": digest, "beside": beside, "by_hand": by_hand,
                  "options": chosen, **also}  # fmt: skip
-        return cls(output.resolve(), json.loads(json.dumps(asked)))
+        return cls(followed(output), json.loads(json.dumps(asked)))
 
     def current(self) -> Any:
         """What was told of what is there, if that is what would be made; else None."""

@@ -24,6 +24,7 @@ from simplifier.cli.help import INPUT, OUTPUT, with_examples
 from simplifier.cli.options import PoolName, TerrainArgument, read_options, with_options
 from simplifier.cli.running import AsJson, Debug, Quiet, interrupts, run_guarded
 from simplifier.errors import OptionError
+from simplifier.io.places import followed, is_file, is_there
 from simplifier.options.simplify import Transparent
 from simplifier.options.visibility import SEE_THROUGH_HELP, ElevationOptions, PvsOptions
 
@@ -120,7 +121,7 @@ def pvs(
                 remedy="leave --pictures out, or choose another method",
             )  # fmt: skip
         with interrupts() as listening, pool_named(pool) as shared:
-            before = load_pvs(output) if output.exists() else None
+            before = load_pvs(output) if is_there(output) else None
             read = read_input(scene, options.transparent, elevation, options.memory_limit)
             asked = read.with_cells(_placing_or_file(cells), options)
             with listening.deferred() as cancel, count_bar("objects, then cells") as tell:
@@ -205,7 +206,7 @@ def _placing_or_file(cells: str) -> Placing | Path:
     if cells in ("walkable", "grid", "triangles", "floors"):
         return cast("Placing", cells)
     path = Path(cells)
-    if not path.is_file():
+    if not is_file(path):
         raise OptionError(
             f"'{cells}' is neither a way to place cells nor a file", where="cells",
             remedy="choose walkable, grid, triangles or floors, or name a JSON file of cells",
@@ -358,7 +359,7 @@ def pvs_check(
             ("culled", f"{100.0 * found.culled_share:.2f} % of the objects in the mean"),
             ("bytes a cell", f"{found.row_bytes:,.0f}"),
         ]
-        print_rows(f"{scene.resolve().name}, {file}", rows, read.scene.warnings)
+        print_rows(f"{followed(scene).name}, {file}", rows, read.scene.warnings)
         for leak in found.leaks[:_SOME]:
             lacks = "hides a part of" if leak.proof == "slice" else "does not have"
             how = "line" if leak.proof == "slice" else leak.proof

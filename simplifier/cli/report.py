@@ -14,6 +14,7 @@ from simplifier.cli.help import OUTPUT
 from simplifier.cli.running import Interrupts, interrupts, run_guarded
 from simplifier.errors import OutputError
 from simplifier.io.files import check_folder
+from simplifier.io.places import is_folder, is_there
 from simplifier.progress import Listener
 from simplifier.report.report import Report
 
@@ -87,7 +88,7 @@ def check_extras(report: Path | None, pictures: Path | None) -> None:
     """Refuse now what could not be written after all the work."""
     if report is not None:
         check_folder(report)
-    if pictures is not None and pictures.exists() and not pictures.is_dir():
+    if pictures is not None and is_there(pictures) and not is_folder(pictures):
         raise OutputError(
             "this is not a folder", where=str(pictures), remedy="name one for the pictures"
         )

@@ -19,6 +19,7 @@ from simplifier.cli.running import AsJson, Debug, Interrupts, Quiet, Verbose
 from simplifier.errors import OptionError, OutputError
 from simplifier.io.glb_embed import check_place
 from simplifier.io.load import load
+from simplifier.io.places import followed, is_file
 from simplifier.io.save import check_writable, holds_levels, is_level_path
 from simplifier.memory.limit import default_limit
 from simplifier.memory.need import BASE_BYTES, GIB
@@ -233,7 +234,7 @@ def _check_embedding(mesh: Path, output: Path, *, levels: bool) -> None:
             where="with original",
             remedy="leave one of the two options out",
         )
-    if mesh.is_file():  # else reading says better what is wrong
+    if is_file(mesh):  # else reading says better what is wrong
         check_place(mesh, output)
 
 
@@ -269,7 +270,7 @@ def _check_distinct(mesh: Path, output: Path, *, levels: bool) -> None:
             where=str(output),
             remedy="name another file for the occluder",
         )
-    if mesh.resolve() == output.resolve():
+    if followed(mesh) == followed(output):
         raise OutputError(
             "this is the mesh itself",
             where=str(output),

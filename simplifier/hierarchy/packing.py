@@ -100,8 +100,9 @@ def _nodes(tree: NodeTree, origin: FloatArray) -> NDArray[np.void]:
     """
     bounds, errors, radii = tree.tree.bounds, tree.errors(), tree.hiding_radii()
     has = tree.occluder_of >= 0
-    extents = bounds[:, 1] - bounds[:, 0]
-    coarse = COARSENESS * extents.max(axis=1) / tree.options.resolution
+    with np.errstate(over="ignore"):  # what is so large does not fit float32, and is refused below
+        extents = bounds[:, 1] - bounds[:, 0]
+        coarse = COARSENESS * extents.max(axis=1) / tree.options.resolution
     errors = np.where(has, errors, 0.0)
     nodes = np.zeros(len(tree.tree), dtype=NODE)
     low, high = _float32(bounds[:, 0] - origin), _float32(bounds[:, 1] - origin)

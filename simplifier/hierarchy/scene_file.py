@@ -32,6 +32,7 @@ from simplifier.hierarchy.scene_build import Build
 from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree
 from simplifier.io.files import make_folder, read_bytes, write_whole
+from simplifier.io.places import is_there
 from simplifier.options.scene import SceneOptions
 from simplifier.version import VERSION
 
@@ -169,7 +170,7 @@ def load_occluder_tree(folder: str | Path) -> OccluderTree:
 def _document(folder: Path) -> dict[str, Any]:
     path = folder / SCENE_FILE
     remedy = "build the scene with 'occluder scene'"
-    if not path.exists():
+    if not is_there(path):
         raise SceneError(f"there is no {SCENE_FILE}", where=str(folder), remedy=remedy)
     data = read_bytes(path, error=SceneError, remedy=remedy)
     try:

@@ -6,7 +6,6 @@ The bytes of an input file, or a refusal that says why there are none.
 from __future__ import annotations
 
 import os
-import secrets
 import stat
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -14,14 +13,18 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from simplifier.errors import OccluderError, OutputError, UnreadableMeshError
+from simplifier.io.places import followed, is_file, is_folder, is_there
 
 _DRAFT = ".occluder-*.tmp"
 
 
 def check_folder(path: Path) -> None:
-    """Raise :class:`OutputError` when the folder that ``path`` would be written to is not there."""
-    if not path.resolve().parent.is_dir():
+    """Raise :class:`OutputError` when the folder that ``path`` would be written to is not there, or
+    the system refuses the name."""
+    if not is_folder(followed(path).parent):
         raise _no_folder(path)
+    with _output_errors(path), suppress(FileNotFoundError):
+        path.lstat()
 
 
 def make_folder(place: Path) -> None:
@@ -71,10 +74,10 @@ def write_all_whole(files: Mapping[Path, bytes]) -> None:
 
 def _write_draft(path: Path, data: bytes) -> tuple[Path, Path]:
     """Write the data beside the target; that file and the target."""
-    target = path.resolve()
-    if target.exists() and not target.is_file():
+    target = followed(path)
+    if is_there(target) and not is_file(target):
         raise OutputError("this is a folder or a device", where=str(path), remedy="name a file")
-    draft = target.with_name(_DRAFT.replace("*", secrets.token_hex(8)))
+    draft = target.with_name(_DRAFT.replace("*", os.urandom(8).hex()))
     try:
         draft.write_bytes(data)
     except BaseException:

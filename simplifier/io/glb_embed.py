@@ -26,6 +26,7 @@ from simplifier.io.glb_writer import GlbMeshes, occluder_extras
 from simplifier.io.gltf import BEFORE, GENERATOR
 from simplifier.io.gltf_container import GltfDocument, JsonObject, open_document, pack_glb
 from simplifier.io.gltf_levels import EXTENSION, level_ids
+from simplifier.io.places import followed
 from simplifier.io.scene_writer import encode_scene
 from simplifier.io.written_faces import single_sided
 from simplifier.options.simplify import PLAIN, Embedding, Style
@@ -274,7 +275,7 @@ def check_place(original: Path, output: Path) -> None:
             "only .glb files hold the original too", where=str(output), remedy="name a .glb file"
         )
     names = external_names(original)
-    if names and output.resolve().parent != original.resolve().parent:
+    if names and followed(output).parent != followed(original).parent:
         raise OutputError(
             f"the original refers to '{names[0][:60]}' beside it, which would be missing there",
             where=str(output),

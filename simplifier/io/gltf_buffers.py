@@ -90,9 +90,10 @@ def claimed_bytes(root: JsonObject, peek: Peek) -> int:
 
 def external_uris(root: JsonObject) -> list[str]:
     """What stands outside of the file: the names that its buffers have for other files."""
-    uris = [
-        root.item("buffers", index).members.get("uri") for index in range(root.count("buffers"))
-    ]
+    buffers = root.members.get("buffers")
+    # What is no buffer is refused where one is read from it.
+    found = [one for one in buffers if isinstance(one, dict)] if isinstance(buffers, list) else []
+    uris = [one.get("uri") for one in found]
     return [uri for uri in uris if isinstance(uri, str) and not _DATA.match(uri)]
 
 

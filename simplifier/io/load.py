@@ -29,6 +29,7 @@ from simplifier.io.files import read_bytes
 from simplifier.io.formats import Codec, codec_for_reading
 from simplifier.io.labels import Label, Labelled, opaque_faces, sieve
 from simplifier.io.objects import Objects
+from simplifier.io.places import is_file
 from simplifier.memory.limit import check_need
 from simplifier.memory.runs import loading
 from simplifier.options.simplify import Transparent
@@ -79,7 +80,7 @@ def claim_of(path: Path) -> Claim:
     codec = codec_for_reading(path)
     # Reading says better what is wrong with a file.
     with suppress(OSError, ValueError, LookupError, OccluderError):
-        if path.is_file():
+        if is_file(path):
             return codec.claim(Peek(path, path.stat().st_size))
     return Claim(0, 0, 0)
 

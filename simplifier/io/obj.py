@@ -20,6 +20,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.io.claim import Claim, Peek, estimate_matches
 from simplifier.io.files import read_bytes
 from simplifier.io.labels import Label, Labelled
+from simplifier.io.places import is_file
 from simplifier.io.polygons import triangles_by_polygon, triangulate_polygons
 from simplifier.io.text import (
     line_number,
@@ -225,7 +226,7 @@ def library_files(libraries: list[str], mesh: Path) -> list[str]:
 def _files(said: str, folder: Path) -> Iterator[Path]:
     """One name, which may hold blanks, or else several."""
     whole = _beside(said, folder)
-    if whole is not None and whole.is_file():
+    if whole is not None and is_file(whole):
         yield whole
         return
     for name in said.split():

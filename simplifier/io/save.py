@@ -18,6 +18,7 @@ from simplifier.errors import OutputError
 from simplifier.geometry.occluder import AN_OCCLUDER, LodChain, Occluder
 from simplifier.io.files import check_folder, write_all_whole, write_whole
 from simplifier.io.formats import CODECS, Codec, suffixes_with_quads, writable_suffixes
+from simplifier.io.places import followed
 from simplifier.io.written_faces import quads_and_triangles, single_sided
 from simplifier.options.simplify import PLAIN, Style
 
@@ -167,7 +168,7 @@ def remove_levels(path: Path, count: int) -> None:
 
 def is_level_path(path: Path, output: Path) -> bool:
     """Whether ``save_lods`` to ``output`` could replace or remove ``path``."""
-    path, output = path.resolve(), output.resolve()
+    path, output = followed(path), followed(output)
     return path.parent == output.parent and _level_of(path, output) is not None
 
 
@@ -180,7 +181,7 @@ def _level_of(path: Path, output: Path) -> int | None:
 
 def _stale(output: Path, count: int) -> list[Path]:
     """Files of levels from ``count`` on."""
-    levels = [(_level_of(path, output), path) for path in output.resolve().parent.iterdir()]
+    levels = [(_level_of(path, output), path) for path in followed(output).parent.iterdir()]
     return [path for level, path in levels if level is not None and level >= count]
 
 

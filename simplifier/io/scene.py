@@ -32,6 +32,7 @@ from simplifier.io.gltf_scene import MOST_INSTANCES
 from simplifier.io.labels import KEEP
 from simplifier.io.load import load_objects
 from simplifier.io.objects import Objects, RawMesh, list_first, unique_names
+from simplifier.io.places import is_folder
 from simplifier.io.suffixes import overrides_beside
 from simplifier.options.simplify import Transparent
 
@@ -61,7 +62,7 @@ def load_scene(
     """
     path = as_path("path", path)
     check_flag("allow_external", allow_external)
-    if not path.is_dir():
+    if not is_folder(path):
         objects = load_objects(
             path, allow_external=allow_external, transparent=transparent, memory_limit=memory_limit
         )
@@ -121,7 +122,7 @@ def objects_of_folder(
 
 def files_of(path: Path) -> list[Path]:
     """The mesh files that a scene is read from: itself, or those of a folder."""
-    return _mesh_files(path)[0] if path.is_dir() else [path]
+    return _mesh_files(path)[0] if is_folder(path) else [path]
 
 
 def unused_overrides(meshes: Sequence[Path]) -> list[str]:

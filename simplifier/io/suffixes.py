@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from simplifier.io.places import is_file
+
 MESH_SUFFIXES = (".3mf", ".dae", ".glb", ".gltf", ".obj", ".occ", ".off", ".ply", ".stl", ".tres")
 """Files that a mesh is read from, with the dot, in lower case."""
 
@@ -34,4 +36,4 @@ def overrides_place(mesh: Path) -> Path:
 def overrides_beside(mesh: Path) -> Path | None:
     """The file that belongs to a mesh; None where there is none."""
     path = overrides_place(mesh)
-    return path if path.is_file() else None
+    return path if is_file(path) else None

@@ -10,6 +10,7 @@ from simplifier.errors import OptionError
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.io.elevation import load_elevation
+from simplifier.io.places import is_folder
 from simplifier.io.scene_layers import load_layers
 from simplifier.io.suffixes import ELEVATION_SUFFIXES
 from simplifier.options.simplify import Transparent
@@ -66,7 +67,7 @@ class SceneInput:
 
 def is_elevation(path: Path) -> bool:
     """Whether a path is taken for an elevation model, by its suffix."""
-    return path.suffix.lower() in ELEVATION_SUFFIXES and not path.is_dir()
+    return path.suffix.lower() in ELEVATION_SUFFIXES and not is_folder(path)
 
 
 def read_input(

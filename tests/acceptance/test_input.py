@@ -8,10 +8,13 @@ import os
 import httpx
 import pytest
 
+from simplifier.geometry.occluder import Occluder
+from simplifier.io.save import save_occluder
 from tests.acceptance.command import ROOT, occluder
 from tests.extremes.inputs import CASES, Refused, Usable
 from tests.service.declared import declare
 from tests.service.real import QUICK, running
+from tests.solids import box
 from tests.waiting import BUSY
 
 NAMES = (
@@ -119,3 +122,53 @@ def test_the_service_answers_each_with_a_problem_and_works_on(server):
         "1 unusable triangle" in line for line in answer.json()["job"]["summary"]["warnings"]
     )
     assert httpx.get(f"{server.address}/healthz", timeout=BUSY).status_code == 200
+
+
+LONG = "n" * 300
+NAMED = {
+    "a mesh": ("simplify", f"{LONG}.ply", "-o", "out.glb"),
+    "an occluder": ("simplify", "mesh.ply", "-o", f"{LONG}.glb"),
+    "a report": ("simplify", "mesh.ply", "-o", "out.glb", "--report", f"{LONG}.json"),
+    "a mesh to judge": ("evaluate", f"{LONG}.ply", "mesh.ply"),
+    "pictures": ("evaluate", "mesh.ply", "mesh.ply", "--pictures", LONG),
+    "a scene": ("scene", f"{LONG}.glb", "-o", "scene"),
+    "a folder": ("scene", "mesh.ply", "-o", LONG),
+    "occluders": ("cull", "mesh.ply", "--occluders", LONG, "--path", "walk.json", "-o", "cull"),
+    "a path": ("path", "mesh.ply", "-o", f"{LONG}.json"),
+    "cells": ("pvs", "mesh.ply", "-o", "out.pvs", "--cells", LONG),
+    "sets": ("pvs", "mesh.ply", "-o", f"{LONG}.pvs"),
+    "a manifest": ("build", f"{LONG}.toml"),
+}
+
+
+@pytest.mark.parametrize("arguments", NAMED.values(), ids=NAMED)
+@pytest.mark.parametrize("circle", [False, True], ids=["a name too long", "links in a circle"])
+def test_a_name_that_the_system_refuses_is_told_in_one_line(
+    command, tmp_path, monkeypatch, arguments, circle
+):
+    """Some were unexpected errors, one a traceback."""
+    mesh = box((1.0, 2.0, 3.0))
+    save_occluder(Occluder(mesh.vertices, mesh.faces), tmp_path / "mesh.ply")
+    (tmp_path / "loop").symlink_to("loop")
+    if circle:
+        arguments = [one.replace(LONG, "loop/name") for one in arguments]
+    monkeypatch.chdir(tmp_path)
+    status, shown, errors = command(*arguments)
+    assert status in (1, 2)
+    assert not shown
+    (line,) = errors.splitlines()
+    assert line.startswith("error: ")
+    assert "unexpected" not in line
+    assert "; " in line
+    assert {entry.name for entry in tmp_path.iterdir()} <= {"mesh.ply", "loop", "scene", "cull"}
+
+
+def test_a_mesh_whose_overrides_would_have_too_long_a_name_is_read(command, tmp_path, monkeypatch):
+    mesh = box((1.0, 2.0, 3.0))
+    name = f"{'n' * 251}.ply"
+    save_occluder(Occluder(mesh.vertices, mesh.faces), tmp_path / name)
+    monkeypatch.chdir(tmp_path)
+    quick = [f"--{option}={value}" for option, value in QUICK.items() if option != "lods"]
+    status, _, errors = command("simplify", name, "-o", "out.glb", *quick)
+    assert status == 0, errors
+    assert (tmp_path / "out.glb").is_file()

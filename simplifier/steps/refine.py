@@ -252,11 +252,16 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
     for one in found:
         if is_worth_cutting(one, chosen, judge) and not run.cancelled():
             least = 0.0 if one is chosen else judge.recall(chosen)
-            cut += [left for left in trimmed(one, judge) if judge.recall(left) >= least]
-    worths = judge.worths([chosen, *cut])
-    if max(worths) < worths[0] + _GAIN:
+            cut += [(left, least) for left in trimmed(one, judge)]
+    worth, *others = judge.worths([chosen, *(left for left, _ in cut)])
+    better = [
+        (other, left)
+        for other, (left, least) in zip(others, cut, strict=True)
+        if other >= worth + _GAIN and judge.recall(left) >= least
+    ]
+    if not better:
         return refined, doubtful
-    best = [chosen, *cut][worths.index(max(worths))]
+    best = max(better, key=lambda pair: pair[0])[1]
     words = "The occluder was found by searches, and cut back where it stuck out."
     return Refined(best, run.looks.room_for(budget).bound, words), doubtful
 

@@ -115,10 +115,11 @@ def hiding_radius(occluder: Occluder) -> float:
     """
     if len(occluder.faces) == 0:
         return 0.0
-    # In units of a power of two near the size, which changes no bit: cubes neither vanish nor
-    # overflow then.
-    _, exponent = np.frexp(np.ptp(occluder.vertices, axis=0).max())
-    points = np.ldexp(occluder.vertices, -exponent)
+    # From a corner of the box: far from the origin pictures would have no digits left.  In units of
+    # a power of two near the size, which changes no bit: cubes neither vanish nor overflow then.
+    low, high = occluder.vertices.min(axis=0), occluder.vertices.max(axis=0)
+    _, exponent = np.frexp((high - low).max())
+    points = np.ldexp(occluder.vertices - low, -exponent)
     projections = fitted_projections(hemisphere_axes(_MEASURED_VIEWS), points, 0.0)
     images = silhouettes(points, occluder.faces, projections)
     pixels = 1.0 / np.linalg.norm(projections[:, 0, :3], axis=1)

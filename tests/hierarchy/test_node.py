@@ -207,6 +207,14 @@ def test_the_radius_stays_where_the_occluder_goes():
     assert hiding_radius(there) == pytest.approx(hiding_radius(occluder_of(mesh)), rel=0.01)
 
 
+def test_the_radius_is_the_same_far_from_the_origin():
+    """Where a picture had no digits left, it was divided by nothing."""
+    mesh = blob(rings=8)
+    vertices = np.round(mesh.vertices * 2.0**8) / 2.0**8
+    there = Occluder(vertices + 2.0**44, mesh.faces)
+    assert hiding_radius(there) == hiding_radius(Occluder(vertices, mesh.faces)) > 0.0
+
+
 def test_nothing_has_no_radius():
     assert hiding_radius(Occluder(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))) == 0.0
 

@@ -178,6 +178,7 @@ DAMAGE = [
     (("nodes", -1, "object"), 10**6, "not there"),
     (("nodes", -1, "object"), -1, "not there"),
     (("nodes", -1, "object"), MISSING, "object"),
+    (("nodes", -1, "object"), 0, "order of the objects"),
     (("nodes", -1, "transform"), MISSING, "transform"),
     (("nodes", -1, "transform"), [[1, 0, 0, 0]] * 4, "transform"),
     (("nodes", -1, "transform", 0, 0), float("inf"), "transform"),

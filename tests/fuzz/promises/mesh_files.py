@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from operator import le
 from pathlib import Path
 from typing import get_args
 
@@ -40,7 +41,9 @@ def check_mesh_file(path: Path) -> None:
     )
     with suppress(EmptyMeshError):
         opaque = load(path)
-        promise(len(opaque.faces) <= len(mesh.faces), "leaving out adds nothing")
+        # What is far too large or far away for a mesh hangs on what else is in it.
+        both = (len(one.faces) + one.dropped.total for one in (opaque, mesh))
+        promise(le(*both), "leaving out adds nothing")
     check_round_trips(occluder)
     _check_alone(path, mesh)
     _check_scene(path, mesh)

@@ -24,6 +24,10 @@ _TREE_DEPTH = (
     64  # entries of a search's stack; a tree over fewer than 2^32 things is at most 33 deep
 )
 
+_SLIVER = 1e-15
+"""Square of a triangle's height over its longest edge, from which its normal has more digits than
+the edges lack: each is off by some 3e-8 of that edge there."""
+
 _ROUNDING = 1e-9  # of the slack: what rounding adds to the distance from a triangle to itself
 
 
@@ -75,8 +79,12 @@ def squared_distance_to_triangle(px, py, pz, a, b, c):
     in_w = nx * (cy * wz - cz * wy) + ny * (cz * wx - cx * wz) + nz * (cx * wy - cy * wx)
     square = nx * nx + ny * ny + nz * nz
     if square > 0.0 and in_u >= 0.0 and in_v >= 0.0 and in_w >= 0.0:
-        height = ax * nx + ay * ny + az * nz
-        return height * height / square
+        longest = max(
+            ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, wx * wx + wy * wy + wz * wz
+        )
+        if square > _SLIVER * longest * longest:
+            height = ax * nx + ay * ny + az * nz
+            return height * height / square
     best = _squared_to_segment(ax, ay, az, ux, uy, uz)
     best = min(best, _squared_to_segment(bx, by, bz, vx, vy, vz))
     return min(best, _squared_to_segment(cx, cy, cz, wx, wy, wz))

@@ -195,6 +195,38 @@ def test_corners_are_exact(seed):
         assert found == pytest.approx(expected, abs=1e-9)
 
 
+def along_edges(points, corners):
+    """(n,) from points (n, 3) to the edges of one triangle, to more digits than a float64 has."""
+    points, corners = points.astype(np.longdouble), corners.astype(np.longdouble)
+    nearest = np.full(len(points), np.inf, dtype=np.longdouble)
+    for begin, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        along = end - begin
+        square = along @ along
+        shares = np.clip((points - begin) @ along / square, 0.0, 1.0) if square > 0 else 0.0
+        away = points - begin - np.multiply.outer(shares, along)
+        nearest = np.minimum(nearest, np.sqrt((away**2).sum(axis=1)))
+    return nearest.astype(np.float64)
+
+
+@pytest.mark.parametrize("thin", [0.0, 1e-17, 1e-15, 1e-13, 1e-11, 1e-9])
+def test_a_needle_is_as_far_away_as_its_edges(thin):
+    """Its normal is rounding alone: two triangles, of which one was a needle and which were their
+    own occluder, were 8.5 voxels away from themselves."""
+    rng = np.random.default_rng(7)
+    for _ in range(300):
+        begin, end, off = rng.normal(size=(3, 3)) * 20.0
+        corners = np.array([begin, end, begin + rng.uniform() * (end - begin) + thin * off])
+        near = rng.dirichlet(np.ones(3), 20) @ corners + rng.normal(size=(20, 3)) * rng.choice(
+            [0.0, 1e-6, 1.0, 30.0], size=(20, 1)
+        )
+        original = _Original.of(
+            corners, np.array([[0, 1, 2]], dtype=np.int32), np.zeros((1, 1, 1), dtype=np.bool_)
+        )
+        found = original.distances(np.ascontiguousarray(near))
+        length = np.linalg.norm(end - begin)
+        assert found == pytest.approx(along_edges(near, corners), abs=(1e-7 + thin) * length)
+
+
 def test_a_voxel_that_is_touched_is_not_interior():
     mesh, touched, filled = solid_box()
     everything = touched.with_inside(np.ones(touched.shape, bool))

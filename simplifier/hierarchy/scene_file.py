@@ -32,6 +32,7 @@ from simplifier.hierarchy.scene_build import Build
 from simplifier.hierarchy.store import OccluderStore, Summary
 from simplifier.hierarchy.tree import Tree
 from simplifier.io.files import make_folder, read_bytes, write_whole
+from simplifier.io.occs_checks import check_object_order
 from simplifier.io.places import is_there
 from simplifier.options.scene import SceneOptions
 from simplifier.version import VERSION
@@ -261,8 +262,7 @@ def parts_of(rows: Sequence[Row], tree: Tree, objects: int) -> tuple[IntArray, F
         raise ValueError("a leaf is of an object that is not there")
     object_of = np.empty(len(tree.order), dtype=np.int32)
     object_of[places] = owners
-    if not np.isin(np.diff(object_of, prepend=-1), (0, 1)).all() or object_of[-1] != objects - 1:
-        raise ValueError("the parts are not in the order of the objects")
+    check_object_order(object_of, objects)
     transforms = np.tile(np.eye(4), (len(tree.order), 1, 1))
     transforms[places, :3] = _numbers([row["transform"] for row in leaves], (3, 4), "transform")
     return object_of, transforms

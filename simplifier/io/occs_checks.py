@@ -70,12 +70,18 @@ def check_parts(tree: PackedTree) -> None:
     below = order[tree.nodes["first_part"][leaves]]
     if (parts["node"][below] != leaves).any():
         raise ValueError("a part does not name its leaf")
-    steps = np.diff(_numbers(parts["object"]), prepend=-1)
-    if steps[0] != 1 or not np.isin(steps, (0, 1)).all() or steps.sum() != len(tree.objects):
-        raise ValueError("the parts are not in the order of the objects")
+    check_object_order(_numbers(parts["object"]), len(tree.objects))
     if (parts["transform"] >= len(tree.transforms)).any():
         raise ValueError("a part names a transform that is not there")
     _check_finite("a transform", tree.transforms)
+
+
+def check_object_order(object_of: NDArray[np.int32] | Numbers, count: int) -> None:
+    """``object_of`` (p,), of one part at least: each of ``count`` objects has parts, which follow
+    each other."""
+    steps = np.diff(object_of, prepend=-1)
+    if steps[0] != 1 or not np.isin(steps, (0, 1)).all() or steps.sum() != count:
+        raise ValueError("the parts are not in the order of the objects")
 
 
 def check_meshes(tree: PackedTree) -> None:

@@ -20,9 +20,12 @@ from simplifier.geometry.mesh import FloatArray, IndexArray
 _MANY = 64
 """Corners from which the work is bounded: 64 that repeat take earcut a tenth of a millisecond."""
 
-_MOST_LOOKS = 2000
-"""Looks a corner of a polygon of many: some microseconds.  A spiral of 10,000 corners takes about
-as many; an outline that does not wind within itself takes tens.
+_LOOKS_A_CORNER = 2000
+_LOOKS_OF_MANY = 10**8
+_LOOKS_A_CORNER_OF_MANY = 100
+"""Looks at other corners, to cut up a polygon of many.  An outline that does not wind within itself
+takes ten a corner, whatever its length; one that does takes more the longer it is, and 100 million
+are some seconds.
 """
 
 
@@ -127,7 +130,7 @@ def _clip_ears(points: FloatArray, polygon: IndexArray) -> IndexArray:
 
         faces = np.full_like(fan, -1)
         ears = np.empty_like(fan)
-        count = clip_ears(flat, _MOST_LOOKS * len(flat), ears)
+        count = clip_ears(flat, _most_looks(len(flat)), ears)
         faces[:count] = polygon[ears[:count]]
         return faces
     ends = np.array([len(flat)], dtype=np.uint32)
@@ -140,6 +143,10 @@ def _clip_ears(points: FloatArray, polygon: IndexArray) -> IndexArray:
     faces = np.full_like(fan, -1)
     faces[: len(ears)] = polygon[ears]
     return faces
+
+
+def _most_looks(corners: int) -> int:
+    return min(_LOOKS_A_CORNER * corners, _LOOKS_OF_MANY + _LOOKS_A_CORNER_OF_MANY * corners)
 
 
 def _project(corners: FloatArray) -> FloatArray | None:

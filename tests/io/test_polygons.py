@@ -161,6 +161,27 @@ def test_an_outline_of_many_corners(count: int) -> None:
     assert_covers(outline, points, faces)
 
 
+def test_a_coast_of_a_million_corners() -> None:
+    """Its looks are few a corner: such a face is cut right in spite of the bound on them."""
+    count = 1 << 20
+    way = np.arange(count) / count
+    rng = np.random.default_rng(5)
+    radius = np.ones(count)
+    for bays in 2 ** np.arange(3, 20):
+        depths = rng.normal(size=bays)
+        radius += np.interp(way * bays, np.arange(bays + 1), [*depths, depths[0]]) / bays**0.6
+    angle = 2.0 * np.pi * way
+    around = np.column_stack([np.cos(angle), np.sin(angle)])
+    outline = np.maximum(radius, 0.1)[:, None] * around
+    points = np.column_stack([outline, np.zeros(count)])
+    faces = triangulate(points)
+    edges = np.diff(points[faces], axis=1)
+    assert (np.cross(edges[:, 0], edges[:, 1])[:, 2] >= 0.0).all()
+    assert twice_area(points, faces) == pytest.approx(
+        shoelace(outline, np.roll(outline, -1, axis=0)), rel=1e-9
+    )
+
+
 def test_a_comb_of_many_teeth() -> None:
     teeth = [(x, 3 if x % 4 in (0, 3) else 1) for x in range(399, -1, -1)]
     points = flat([(0, 0), (399, 0), *teeth])

@@ -326,6 +326,22 @@ def test_what_sticks_out_at_last_is_cut_back(monkeypatch, mesh):
     check_triangles(result.occluder, 24)
 
 
+@pytest.mark.parametrize(("left", "finely"), [(0.1, False), (0.3, True), (np.inf, True)])
+def test_overhang_is_judged_in_finer_pictures_where_there_is_time(left, finely):
+    original = SimpleNamespace(outlines="finer pictures", needs_outlines=lambda several: True)
+    searching = refine_step._Run(
+        start=np.empty((0, 3, 3)),
+        looks=SimpleNamespace(original=original),
+        options=make_options(1.0),
+        decimated=False,
+        several=False,
+        deadline=Deadline(0.0, left, clock=lambda: 0.0),
+        tell=lambda begin, end: lambda share, measure, best: False,
+        cancelled=lambda: False,
+    )
+    assert searching.outlines == ("finer pictures" if finely else None)
+
+
 class Known:
     """A judge that knows occluders by their lengths: recall and worth of each."""
 

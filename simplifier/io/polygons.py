@@ -130,7 +130,8 @@ def _clip_ears(points: FloatArray, polygon: IndexArray) -> IndexArray:
 
         faces = np.full_like(fan, -1)
         ears = np.empty_like(fan)
-        count = clip_ears(flat, _most_looks(len(flat)), ears)
+        places = np.unique(flat @ (1.0, 1.0j), return_inverse=True)[1]
+        count = clip_ears(flat, places, _most_looks(len(flat)), ears)
         faces[:count] = polygon[ears[:count]]
         return faces
     ends = np.array([len(flat)], dtype=np.uint32)

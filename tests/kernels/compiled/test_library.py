@@ -21,7 +21,7 @@ from simplifier.kernels.ears import clip_ears
 def ears():
     faces = np.zeros((2, 3), np.int64)
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    return clip_ears(square, 100, faces), faces.tolist()
+    return clip_ears(square, np.arange(4), 100, faces), faces.tolist()
 """
 BROKEN = """library._BUILD = "raise SystemExit('no compiler here')" """
 

@@ -24,8 +24,8 @@ def ears():
 def test_functions_take_and_return_what_kernels_do(ears):
     square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
     faces = [np.zeros((2, 3), np.int64) for _ in range(2)]
-    counts = [load_code(ears, ["clip_ears"])["clip_ears"](square, 100, faces[0])]
-    counts.append(clip_ears(square, 100, faces[1]))
+    counts = [load_code(ears, ["clip_ears"])["clip_ears"](square, np.arange(4), 100, faces[0])]
+    counts.append(clip_ears(square, np.arange(4), 100, faces[1]))
     assert counts == [2, 2]
     assert np.array_equal(*faces)
 
@@ -66,7 +66,7 @@ reserved(8 << 30)
 
 square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 call = ears.clip_ears if sys.argv[2] == "kept" else ears.clip_ears.compiled_by_numba
-print(call(square, 100, np.zeros((2, 3), np.int64)))
+print(call(square, np.arange(4), 100, np.zeros((2, 3), np.int64)))
 from simplifier.kernels.compiled.library import load_all
 if sys.argv[2] == "kept":
     load_all()

@@ -64,12 +64,16 @@ def sum_up_cells(
     size: float,
     shape: NDArray[np.int64],
     steps: NDArray[np.int64],
+    border: NDArray[np.bool_] | None = None,
 ) -> Cells:
     """What is in each cell of a lattice: ``place`` (n,) int32, the number of each vertex's cell,
-    ``counts`` (k,) int64 of vertices, and ``sums`` (k, 3) float64, added up in their order.
+    ``counts`` (k,) int64 of the vertices that stand for it, and ``sums`` (k, 3) float64 of these,
+    added up in their order.
 
     ``vertices`` (n, 3) are measured from ``low`` (3,) in a ``unit``.  A cell is a cube of ``size``
     of these, and there are ``shape`` (3,) along the axes; what is past the last belongs to it.
+    All of a cell's vertices stand for it, or those on a ``border`` (n,) bool where it has any: the
+    mean of all would draw an open sheet in, by half a cell all around.
     Cells with a vertex are numbered from 0 on in the order of their indices times ``steps`` (3,),
     added up, which tell them apart.
     """
@@ -78,10 +82,14 @@ def sum_up_cells(
     names, numbers = np.full(1 << bits, -1, dtype=np.int64), np.empty(1 << bits, dtype=np.int32)
     chosen, keys = np.empty(len(vertices), dtype=np.int32), np.empty(most, dtype=np.int64)
     counts, sums = np.zeros(most, dtype=np.int64), np.zeros((most, 3))
+    open_cells = np.zeros(most, dtype=np.bool_)
     ends = np.ascontiguousarray(shape - 1)
+    if border is None:
+        border = np.zeros(len(vertices), dtype=np.bool_)
     count = gather_cells(
-        vertices, low, unit, size, ends, steps, names, numbers, chosen, keys, counts, sums
-    )
+        vertices, border, low, unit, size, ends, steps, names, numbers, chosen, keys, open_cells,
+        counts, sums
+    )  # fmt: skip
     order = np.argsort(keys[:count])
     ranks = np.empty(count, dtype=np.int32)
     ranks[order] = np.arange(count, dtype=np.int32)
@@ -89,19 +97,22 @@ def sum_up_cells(
 
 
 @kernel(
-    "float64[:, :], float64[:], float64, float64, int64[:], int64[:], int64[:], int32[:], "
-    "int32[:], int64[:], int64[:], float64[:, :]"
+    "float64[:, :], bool[:], float64[:], float64, float64, int64[:], int64[:], int64[:], int32[:], "
+    "int32[:], int64[:], bool[:], int64[:], float64[:, :]"
 )
 def gather_cells(
-    vertices, low, unit, size, ends, steps, names, numbers, chosen, keys, counts, sums
-):
-    """Add up the ``vertices`` (n, 3) of each cell, as :func:`sum_up_cells` says; return how many.
+    vertices, border, low, unit, size, ends, steps, names, numbers, chosen, keys, open_cells,
+    counts, sums
+):  # fmt: skip
+    """Add up the ``vertices`` (n, 3) of each cell, as :func:`sum_up_cells` says; return how many
+    cells there are.
 
     ``ends``    (3,) int64 the last cell along each axis.
     ``names``   (2**b,) int64 with -1 in each, ``numbers`` int32: a table of what is found, more
                 than twice as long as there may be cells.
     ``chosen``  (n,) int32: the number of each vertex's cell, in the order in which they come.
-    ``keys``, ``counts``  int64, ``sums``  (…, 3) float64, zeros: of each cell.
+    ``keys``, ``counts``  int64, ``sums``  (…, 3) float64, ``open_cells``  bool, whether a vertex
+                of the border is there, zeros: of each cell.
     """
     count, mask = 0, np.int64(len(names) - 1)
     places, cells = np.empty((3, _BLOCK)), np.empty(_BLOCK, np.int64)
@@ -128,6 +139,13 @@ def gather_cells(
                 count += 1
             number = np.int64(numbers[slot])
             chosen[first + one] = number
+            if border[first + one] != open_cells[number]:
+                if open_cells[number]:
+                    continue
+                open_cells[number] = True
+                counts[number] = 0
+                for axis in range(3):
+                    sums[number, axis] = 0.0
             counts[number] += 1
             for axis in range(3):
                 sums[number, axis] += places[axis, one]

@@ -1,8 +1,8 @@
 """TriangleMesh -> one of fewer triangles that looks the same from afar.
 
-Vertices of a cell move to their mean (Rossignac and Borrel, 1993), in cells as fine as the number
-of triangles allows.  Where all triangles of a cell would vanish, as in a cloud of specks, its
-largest one stays as it was.
+Vertices of a cell move to their mean (Rossignac and Borrel, 1993), where some are on a border to
+that of these, in cells as fine as the number of triangles allows.  Where all triangles of a cell
+would vanish, as in a cloud of specks, its largest one stays as it was.
 """
 
 from __future__ import annotations
@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
-from simplifier.kernels.thin import sum_up_cells, whole_faces
+from simplifier.geometry.solid import BoolArray
+from simplifier.kernels.thin import border_places, sum_up_cells, whole_faces
 
 _MOST_VERTICES = 2_000_000  # of which three numbers fit into 64 bits
 _COARSER = 0.95  # beyond what the numbers ask for, so that few rounds are needed
@@ -22,21 +23,23 @@ def reduce_to(mesh: TriangleMesh, most_triangles: int) -> TriangleMesh:
 
     No vertex lies farther from one of the mesh than a cell's diagonal.
     """
+    if len(mesh.faces) <= most_triangles:
+        return mesh
     cells = np.sqrt(most_triangles / 2.0)
-    shown = mesh
+    border, shown = border_places(mesh.faces, len(mesh.vertices)), mesh
     while len(shown.faces) > most_triangles:
-        shown = _cluster(mesh, max(1, int(cells)))
+        shown = _cluster(mesh, border, max(1, int(cells)))
         cells *= _COARSER * min(1.0, np.sqrt(most_triangles / len(shown.faces)))
     return shown
 
 
-def _cluster(mesh: TriangleMesh, cells: int) -> TriangleMesh:
-    """``cells`` along the longest edge of the bounding box."""
+def _cluster(mesh: TriangleMesh, border: BoolArray, cells: int) -> TriangleMesh:
+    """``cells`` along the longest edge of the bounding box; ``border`` (n,) of the vertices."""
     low, high = mesh.bounds
     edge = float((high - low).max())
     shape = np.minimum(((high - low) / (edge / cells)).astype(np.int64) + 1, cells)
     steps = np.array([1, shape[0], shape[0] * shape[1]])
-    place, counts, sums = sum_up_cells(mesh.vertices, low, 1.0, edge / cells, shape, steps)
+    place, counts, sums = sum_up_cells(mesh.vertices, low, 1.0, edge / cells, shape, steps, border)
     means = low + sums / counts[:, None]
     whole = whole_faces(mesh.faces, place)
     left = whole[first_faces(whole, len(means))]

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from simplifier.kernels.thin import sum_up_cells
 
 
-def plain_sums(vertices, low, unit, size, shape, steps):
+def plain_sums(vertices, low, unit, size, shape, steps, border):
     """The same, vertex by vertex."""
     cells = {}
     for index, vertex in enumerate(vertices):
@@ -21,9 +21,11 @@ def plain_sums(vertices, low, unit, size, shape, steps):
     counts, sums = [], []
     for number, name in enumerate(sorted(cells)):
         found[[index for index, _ in cells[name]]] = number
-        counts.append(len(cells[name]))
+        standing = [place for index, place in cells[name] if border[index]]
+        standing = standing or [place for _, place in cells[name]]
+        counts.append(len(standing))
         total = np.zeros(3)
-        for _, place in cells[name]:
+        for place in standing:
             total += place
         sums.append(total)
     return found, counts, sums
@@ -31,22 +33,25 @@ def plain_sums(vertices, low, unit, size, shape, steps):
 
 @given(
     st.integers(0, 2**32 - 1), st.integers(1, 200), st.integers(1, 5_000),
-    st.sampled_from([1.0, 0.37]), st.booleans(),
+    st.sampled_from([1.0, 0.37]), st.booleans(), st.sampled_from([0.0, 0.1, 0.5, 1.0]),
 )  # fmt: skip
-def test_as_the_plain_one(seed, count, cells, unit, upright):
+def test_as_the_plain_one(seed, count, cells, unit, upright, share):
     random = np.random.default_rng(seed)
     vertices, low = random.random((count, 3)) * (1.0, 2.0, 0.3) + 5.0, np.full(3, 5.0)
     shape = random.integers(1, cells + 1, 3)
     steps = np.array([1, shape[0], shape[0] * shape[1]])
     if upright:
         steps = np.array([shape[1] * shape[2], shape[2], 1])
-    given_ = (vertices, low, unit, 1.9 / (unit * cells), shape, steps)
+    border = random.random(count) < share
+    given_ = (vertices, low, unit, 1.9 / (unit * cells), shape, steps, border)
     place, counts, sums = sum_up_cells(*given_)
     expected = plain_sums(*given_)
     assert place.dtype == np.int32
     assert place.tolist() == expected[0].tolist()
     assert counts.tolist() == expected[1]
     assert np.array_equal(sums, expected[2])
+    if share == 0.0:
+        assert all(map(np.array_equal, sum_up_cells(*given_[:-1]), (place, counts, sums)))
 
 
 @pytest.mark.parametrize("cells", [1, 64])

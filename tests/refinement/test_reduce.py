@@ -31,6 +31,20 @@ def test_a_thinned_ball_has_the_silhouettes_of_the_ball(offset: float) -> None:
     assert (whole != thin).mean() < 0.01
 
 
+def test_an_open_sheet_keeps_its_border() -> None:
+    """All around but at its corners, which the mean of their cells cuts off."""
+    across = np.arange(201)
+    x, y = np.meshgrid(across, across, indexing="ij")
+    corner = (201 * across[:-1, None] + across[:-1]).ravel()
+    cells = [[corner, corner + 201, corner + 1], [corner + 1, corner + 201, corner + 202]]
+    faces = np.concatenate([np.stack(cell, axis=1) for cell in cells])
+    points = np.stack([x, y, 5.0 * np.sin(x / 20.0)], axis=-1).reshape(-1, 3)
+    few = reduce_to(TriangleMesh.from_soup(points, faces), 1000)
+    assert few.bounds[:, :2] == pytest.approx(np.array([[0.0, 0.0], [200.0, 200.0]]))
+    edges = np.diff(few.vertices[few.faces], axis=1)
+    assert np.cross(edges[:, 0], edges[:, 1])[:, 2].sum() / 2.0 > 0.99 * 200.0**2
+
+
 @given(st.integers(0, 2**31), st.integers(1, 400), st.floats(1e-6, 1e6))
 def test_specks_stay_few_and_somewhere_in_the_bounds(seed: int, most: int, size: float) -> None:
     random = np.random.default_rng(seed)

@@ -124,7 +124,7 @@ def cull(
                 print_closing(made, _good(flown), f"open {output / 'walk.html'}")
                 print_json(summary(flown, followed(scene).name))
         if not flown.complete:
-            frames = f"{len(flown.frames)} of {len(cameras.cameras)} frames"
+            frames = f"{len(flown.frames):,} of {len(cameras.cameras):,} frames"
             print_line(f"warning: interrupted after {frames}; {output} holds what they gave")
 
     run_guarded(run, debug=debug, quiet=quiet, as_json=as_json)

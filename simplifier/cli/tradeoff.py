@@ -77,7 +77,7 @@ def tradeoff(
             remedy = f"tradeoff.csv in {output} says why"
             raise MeshError("none of the meshes could be measured", remedy=remedy)
         if listening.heard:
-            runs = f"{len(trials)} of {run_count(meshes, options)} runs"
+            runs = f"{len(trials):,} of {run_count(meshes, options):,} runs"
             rest = "the same command continues from there"
             print_line(f"warning: interrupted after {runs}; {output} holds what they gave; {rest}")
 

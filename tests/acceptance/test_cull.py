@@ -38,7 +38,7 @@ def town(tmp_path_factory):
     write_manifest(folder / "town", scene, OPTIONS, build)
     cameras = tuple(looking((x, -10.0, 3.0)) for x in (-1.0, 0.0, 1.0))
     save_camera_path(CameraPath("walk", cameras), folder / "walk.json")
-    save_camera_path(CameraPath("long", cameras * 300), folder / "long.json")
+    save_camera_path(CameraPath("long", cameras * 3000), folder / "long.json")
     return folder
 
 
@@ -152,7 +152,7 @@ def test_ctrl_c_keeps_what_was_measured(town, tmp_path):
         output = process.stdout.read().decode()
     assert process.returncode == 0
     made = json.loads((tmp_path / "out" / "cull.json").read_text())
-    assert 3 <= made["frames_measured"] < made["path"]["frames"] == 900
-    assert f"{made['frames_measured']} of 900 of path 'long'" in output
-    assert f"warning: interrupted after {made['frames_measured']} of 900 frames" in shown.decode()
+    assert 3 <= made["frames_measured"] < made["path"]["frames"] == 9000
+    assert f"{made['frames_measured']} of 9,000 of path 'long'" in output
+    assert f"warning: interrupted after {made['frames_measured']} of 9,000 frames" in shown.decode()
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES

@@ -31,7 +31,7 @@ def database(here, tmp_path):
 def test_a_webhook_is_listed_and_sent_again(here, database):
     assert "there are no such webhooks" in here("webhooks", "list").stderr
     jobs, deliveries = SqlJobStore(database), SqlDeliveryStore(database)
-    job, _ = jobs.submit(submission(webhook="https://ci.example.org/hooks/7f3a"), 10)
+    job, _ = jobs.submit(submission(webhook="https://ci.example.org/hooks/of-team-7f3a"), 10)
     jobs.cancel("studio", job.id)
     (one,) = deliveries.due(10)
     deliveries.give_up(one, REFUSED)
@@ -44,7 +44,7 @@ def test_a_webhook_is_listed_and_sent_again(here, database):
         r"the receiver answered 500",
         row,
     )
-    assert "7f3a" not in listed.stdout  # which may let others in there
+    assert "of-team-7f3a" not in listed.stdout  # which may let others in there
 
     sent = here("webhooks", "redeliver", one.id)
     assert (sent.returncode, sent.stdout) == (0, "")

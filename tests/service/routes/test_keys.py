@@ -248,7 +248,7 @@ def test_the_log_says_whose_key_it_was(keyed, keys, caplog):
 
 
 def test_a_key_to_read_sees_of_a_webhook_only_the_host(keyed, keys):
-    url = "https://ci.example.org:8443/hooks/7f3a?token=x"
+    url = "https://ci.example.org:8443/hooks/of-team-7f3a?token=x"
     writer, reader = keys["ours", Scope.WRITE], keys["ours", Scope.READ]
     path = str(httpx.URL("/v1/occluders", params={"filename": "a.obj", "asset": "told"}))
     job_id = keyed.queued(str(httpx.URL(path).copy_add_param("webhook", url)), headers=writer)
@@ -265,7 +265,7 @@ def test_a_key_to_read_sees_of_a_webhook_only_the_host(keyed, keys):
     ):  # fmt: skip
         response = keyed.http.get(place, headers=reader)
         assert response.status_code == 200, place
-        assert "7f3a" not in response.text, place
+        assert "of-team-7f3a" not in response.text, place
 
 
 def test_what_is_of_one_tenant_is_not_there_for_another(keyed, keys):

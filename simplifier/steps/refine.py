@@ -46,6 +46,7 @@ _SHEET = 0.01  # of the solid: what a sheet may enclose
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _OUTLINED_SECONDS = 0.2  # for finer pictures, in which overhang is judged as searches go on
 _JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
+_SHEET_SECONDS = 0.02  # of a sheet, of which a search in so little time may leave next to nothing
 
 
 _STARTS = (
@@ -207,8 +208,18 @@ class _Run:
     def divided(self) -> bool:
         """Whether searches may follow the first, in less room or with fewer triangles: of a sheet
         within a time limit, too, all of which could be spent on triangles that only stick out."""
-        sheet = self.looks.original.solid.enclosed_fraction < _SHEET
-        return self.several and (sheet or not self.deadline.limited)
+        return self.several and (self.of_sheet or not self.deadline.limited)
+
+    @property
+    def of_sheet(self) -> bool:
+        """Whether the mesh encloses next to nothing."""
+        return self.looks.original.solid.enclosed_fraction < _SHEET
+
+    @property
+    def judged(self) -> bool:
+        """Whether there is time to judge what a search that begins now will find."""
+        least = _SHEET_SECONDS if self.of_sheet else _JUDGED_SECONDS
+        return self.several or (self.deadline.limited and self.deadline.left > least)
 
     def time_for(self, share: float) -> Deadline | None:
         """That share of what a time limit leaves, less what it takes to judge what is found."""
@@ -279,7 +290,7 @@ def _searched(
     if run.decimated:
         few = budget // PART if run.divided and budget <= MANY else 0
         starts += looks.surfaces.decimated(budget, room, few)
-    judged = run.several or (deadline.limited and deadline.left > _JUDGED_SECONDS)
+    judged = run.judged
     first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))
     found = refine(
         starts, room, views, budget, aims, seed, run.tell(begin, first if run.divided else end),

@@ -326,10 +326,13 @@ def test_what_sticks_out_at_last_is_cut_back(monkeypatch, mesh):
     check_triangles(result.occluder, 24)
 
 
-@pytest.mark.parametrize(("left", "finely"), [(0.1, False), (0.3, True), (np.inf, True)])
-def test_overhang_is_judged_in_finer_pictures_where_there_is_time(left, finely):
-    original = SimpleNamespace(outlines="finer pictures", needs_outlines=lambda several: True)
-    searching = refine_step._Run(
+def one_search(left, enclosed=0.5):
+    """A run that has so many seconds left, of a mesh that encloses such a share."""
+    original = SimpleNamespace(
+        outlines="finer pictures", needs_outlines=lambda several: True,
+        solid=SimpleNamespace(enclosed_fraction=enclosed),
+    )  # fmt: skip
+    return refine_step._Run(
         start=np.empty((0, 3, 3)),
         looks=SimpleNamespace(original=original),
         options=make_options(1.0),
@@ -339,7 +342,19 @@ def test_overhang_is_judged_in_finer_pictures_where_there_is_time(left, finely):
         tell=lambda begin, end: lambda share, measure, best: False,
         cancelled=lambda: False,
     )
-    assert searching.outlines == ("finer pictures" if finely else None)
+
+
+@pytest.mark.parametrize(("left", "finely"), [(0.1, False), (0.3, True), (np.inf, True)])
+def test_overhang_is_judged_in_finer_pictures_where_there_is_time(left, finely):
+    assert one_search(left).outlines == ("finer pictures" if finely else None)
+
+
+def test_of_a_sheet_little_time_is_left_for_judging():
+    """A terrain hid 85 % in 0.05 s, and 11 to 61 in 0.1 s, since its search was not judged."""
+    lefts = [0.01, 0.05, 0.2]
+    assert [one_search(left).judged for left in lefts] == [False, False, True]
+    assert [one_search(left, enclosed=0.0).judged for left in lefts] == [False, True, True]
+    assert not one_search(np.inf).judged  # a draft has no limit, and nothing to compare with
 
 
 class Known:

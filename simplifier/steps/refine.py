@@ -44,7 +44,7 @@ _FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and
 _LITTLE = 0.1  # of the original's score: planar sections of hills have less, others far more
 _SHEET = 0.01  # of the solid: what a sheet may enclose
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
-_OUTLINED_SECONDS = 0.2  # for finer pictures, in which overhang is judged as searches go on
+_OUTLINED_SECONDS = 0.2  # for finer pictures of up to 64 triangles, in which overhang is judged
 _JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
 _SHEET_SECONDS = 0.02  # of a sheet, of which a search in so little time may leave next to nothing
 
@@ -195,7 +195,8 @@ class _Run:
     @cached_property
     def outlines(self) -> Outlines | None:
         """None where the search's own views have to do."""
-        in_time = self.several or self.deadline.left > _OUTLINED_SECONDS
+        least = _OUTLINED_SECONDS * max(self.options.selection.budget / MANY, 1.0)
+        in_time = self.several or self.deadline.left > least
         original = self.looks.original
         return original.outlines if in_time and original.needs_outlines(self.several) else None
 

@@ -326,7 +326,7 @@ def test_what_sticks_out_at_last_is_cut_back(monkeypatch, mesh):
     check_triangles(result.occluder, 24)
 
 
-def one_search(left, enclosed=0.5):
+def one_search(left, enclosed=0.5, budget=64):
     """A run that has so many seconds left, of a mesh that encloses such a share."""
     original = SimpleNamespace(
         outlines="finer pictures", needs_outlines=lambda several: True,
@@ -335,7 +335,7 @@ def one_search(left, enclosed=0.5):
     return refine_step._Run(
         start=np.empty((0, 3, 3)),
         looks=SimpleNamespace(original=original),
-        options=make_options(1.0),
+        options=make_options(1.0, budget=budget),
         decimated=False,
         several=False,
         deadline=Deadline(0.0, left, clock=lambda: 0.0),
@@ -344,9 +344,13 @@ def one_search(left, enclosed=0.5):
     )
 
 
-@pytest.mark.parametrize(("left", "finely"), [(0.1, False), (0.3, True), (np.inf, True)])
-def test_overhang_is_judged_in_finer_pictures_where_there_is_time(left, finely):
-    assert one_search(left).outlines == ("finer pictures" if finely else None)
+@pytest.mark.parametrize(
+    ("left", "budget", "finely"),
+    [(0.1, 16, False), (0.3, 16, True), (0.3, 64, True), (0.3, 256, False), (np.inf, 256, True)],
+)
+def test_overhang_is_judged_in_finer_pictures_where_there_is_time(left, budget, finely):
+    """Of 256 triangles these pictures would take half a second from the search."""
+    assert one_search(left, budget=budget).outlines == ("finer pictures" if finely else None)
 
 
 def test_of_a_sheet_little_time_is_left_for_judging():

@@ -47,6 +47,7 @@ _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _OUTLINED_SECONDS = 0.2  # for finer pictures of up to 64 triangles, in which overhang is judged
 _JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
 _SHEET_SECONDS = 0.02  # of a sheet, of which a search in so little time may leave next to nothing
+_HURRIED = 0.4  # of such a limit, for judging
 
 
 _STARTS = (
@@ -226,7 +227,9 @@ class _Run:
         """That share of what a time limit leaves, less what it takes to judge what is found."""
         if not self.deadline.limited:
             return None
-        return self.deadline.part(share * (1.0 - _closing_share(self.several)))
+        hurried = not self.several and self.judged and self.deadline.left <= _JUDGED_SECONDS
+        closing = _HURRIED if hurried else _closing_share(self.several)
+        return self.deadline.part(share * (1.0 - closing))
 
 
 def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:

@@ -359,6 +359,9 @@ def test_of_a_sheet_little_time_is_left_for_judging():
     assert [one_search(left).judged for left in lefts] == [False, False, True]
     assert [one_search(left, enclosed=0.0).judged for left in lefts] == [False, True, True]
     assert not one_search(np.inf).judged  # a draft has no limit, and nothing to compare with
+    hurried, solid = (one_search(0.05, enclosed).time_for(1.0) for enclosed in (0.0, 0.5))
+    assert hurried.seconds == pytest.approx(0.03)  # the rest is for judging
+    assert solid.seconds == pytest.approx(0.041)
 
 
 class Known:

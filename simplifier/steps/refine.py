@@ -187,7 +187,7 @@ class _Run:
         enough = 0.0  # of the original's score, for sections to begin with alone
         if aims.decimated and in_time:
             enough = MUCH_BEGUN
-        elif looks.original.solid.enclosed_fraction < _SHEET:
+        elif _is_sheet(looks):
             enough = _LITTLE
         decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough
         several = in_time and (aims.decimated or decimated)
@@ -210,17 +210,12 @@ class _Run:
     def divided(self) -> bool:
         """Whether searches may follow the first, in less room or with fewer triangles: of a sheet
         within a time limit, too, all of which could be spent on triangles that only stick out."""
-        return self.several and (self.of_sheet or not self.deadline.limited)
-
-    @property
-    def of_sheet(self) -> bool:
-        """Whether the mesh encloses next to nothing."""
-        return self.looks.original.solid.enclosed_fraction < _SHEET
+        return self.several and (_is_sheet(self.looks) or not self.deadline.limited)
 
     @property
     def judged(self) -> bool:
         """Whether there is time to judge what a search that begins now will find."""
-        least = _SHEET_SECONDS if self.of_sheet else _JUDGED_SECONDS
+        least = _SHEET_SECONDS if _is_sheet(self.looks) else _JUDGED_SECONDS
         return self.several or (self.deadline.limited and self.deadline.left > least)
 
     def time_for(self, share: float) -> Deadline | None:
@@ -230,6 +225,11 @@ class _Run:
         hurried = not self.several and self.judged and self.deadline.left <= _JUDGED_SECONDS
         closing = _HURRIED if hurried else _closing_share(self.several)
         return self.deadline.part(share * (1.0 - closing))
+
+
+def _is_sheet(looks: Looks) -> bool:
+    """Whether the mesh encloses next to nothing."""
+    return looks.original.solid.enclosed_fraction < _SHEET
 
 
 def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:

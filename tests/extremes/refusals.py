@@ -15,7 +15,6 @@ from contextlib import contextmanager, redirect_stderr
 from importlib.metadata import EntryPoint
 from io import StringIO
 from pathlib import Path
-from unittest.mock import patch
 
 import httpx
 import typer
@@ -80,8 +79,15 @@ def _option(folder: Path) -> object:
 
 
 def _without_opengl(folder: Path) -> object:
-    with patch.dict(sys.modules, {"moderngl": None}):
+    # Not patch.dict, which also takes away the modules that are imported meanwhile.
+    known = sys.modules.get("moderngl")
+    sys.modules["moderngl"] = None  # type: ignore[assignment]
+    try:
         return simplifier.simplify(box(), slicer="gl", **QUICK).occluder
+    finally:
+        del sys.modules["moderngl"]
+        if known is not None:
+            sys.modules["moderngl"] = known
 
 
 def _no_folder(folder: Path) -> None:

@@ -70,9 +70,12 @@ def load_code(path: Path, names: Sequence[str]) -> dict[str, Callable[..., Any]]
         environment.consts.extend(np.dtype(one) for one in head["constants"][name])
         pointer = engine.get_global_value_address(f"{file}.{name}{ENVIRONMENT}")
         ctypes.c_void_p.from_address(pointer).value = id(environment)
+        # What the code calls has to live as long as the function, also where some host takes this
+        # module out of sys.modules, as Blender does with those of an add-on that it reloads.
         found[name] = dynfunc.make_function(
-            sys.modules[__name__], name, "machine code of a kernel", address, environment, (engine,)
-        )
+            sys.modules[__name__], name, "machine code of a kernel", address, environment,
+            (engine, _unpickle),
+        )  # fmt: skip
         _kept.append(environment)
     return found
 

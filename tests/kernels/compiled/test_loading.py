@@ -37,6 +37,28 @@ def test_arrays_that_a_kernel_makes_live_on():
     assert len({array.tobytes() for array in arrays}) == len(arrays) // 50
 
 
+_UNLOADED = """
+import ctypes, gc, sys
+import numpy as np
+from simplifier.kernels.loops import trace_loops
+
+arguments = np.ones((3, 3), np.bool_), np.zeros(2), 1.0
+before = trace_loops(*arguments)[0]
+trace = trace_loops._run
+del trace_loops
+for name in [name for name in sys.modules if name.startswith("simplifier")]:
+    del sys.modules[name]
+gc.collect()
+others = [ctypes.CFUNCTYPE(ctypes.c_int)(lambda: 0) for _ in range(1000)]
+assert np.array_equal(trace(*arguments)[0], before)
+"""
+
+
+def test_a_kernel_outlives_the_modules_that_loaded_it():
+    """It ended the process: what it calls for the types of its arrays was gone."""
+    subprocess.run([sys.executable, "-c", _UNLOADED], check=True)
+
+
 _SCATTERED = """
 import ctypes, sys
 

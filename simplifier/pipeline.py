@@ -28,7 +28,7 @@ from simplifier.steps.refine import improve
 from simplifier.steps.room import open_room, solid_to_cut, with_inner
 from simplifier.steps.solid import solid_decisions, solid_warnings, solidify
 from simplifier.steps.time_limit import start_in_time
-from simplifier.steps.verbatim import is_own_occluder, seen_triangles
+from simplifier.steps.verbatim import is_own_occluder, own_triangles
 
 _EMPTY = (
     "within the error bound, anything would hide more of what is visible than of what is hidden, so"
@@ -94,11 +94,10 @@ def simplify_mesh(
     interrupted, bound = False, ERROR_VOXELS
     if left == 0:
         triangles = NOTHING
-    elif own:
-        triangles = seen_triangles(mesh, solid)
-        decisions.append(
-            "The mesh has no more triangles than the budget, so it is its own occluder."
-        )
+    elif (covering := own_triangles(mesh, solid, options.solid, left, overrides)) is not None:
+        triangles, words = covering
+        solid = replace(solid, finer=None)
+        decisions.append(words)
     else:
         rest = replace(options, selection=replace(options.selection, budget=left))
         by_hand = solid.core.to_grid(overrides.triangles)

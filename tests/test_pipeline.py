@@ -26,6 +26,7 @@ from simplifier.progress import STAGES, Stopwatch
 from simplifier.steps.solid import solidify
 from simplifier.voxel import room, voxelize
 from tests.conftest import ASSETS
+from tests.extremes.shapes import SHAPES
 from tests.solids import box, joined, sphere, table
 
 MESHES = sorted(path.name for path in ASSETS.glob("*") if path.suffix in (".ply", ".glb"))
@@ -93,6 +94,19 @@ def test_solids(mesh, budget, least):
     assert len(result.occluder.faces) <= budget
     assert result.warnings == ()
     check_bound(mesh, result)
+
+
+@pytest.mark.parametrize("preset", ["draft", "balanced"])
+@pytest.mark.parametrize(
+    ("name", "triangles"), [("cube", 12), ("flat sheet, turned", 2), ("hole of 3.0 voxels", 18)]
+)
+def test_flat_parts_cut_into_many_triangles_are_hidden_whole(name, triangles, preset):
+    """A search left 41 triangles of a cube, which hid 99.8 % and stuck out by 0.2 %."""
+    precision, recall, result = judged(SHAPES[name](), budget=64, preset=preset)
+    assert (precision, recall) == (1.0, pytest.approx(1.0, abs=1e-4))
+    assert len(result.occluder.faces) == triangles
+    assert result.decisions[-1].startswith("Its flat parts take no more triangles")
+    check_bound(SHAPES[name](), result)
 
 
 def test_the_castle():

@@ -12,7 +12,7 @@ from typing import Any
 
 from bench.meshes import bumpy_sphere
 from bench.record import Row
-from bench.stability.produced import arguments_of, produced_row, record
+from bench.stability.produced import arguments_of, produced_row, record, words_of
 
 
 def cases(longest: float) -> tuple[dict[str, Any], ...]:
@@ -26,6 +26,7 @@ def cases(longest: float) -> tuple[dict[str, Any], ...]:
         {"error_bound": 5e-324},
         *({"time_limit": seconds} for seconds in (0.0, 1e-9, 0.1, 1.0, math.inf)),
         *({"min_precision": share} for share in (0.0, 1.0)),
+        *({"overhang": share} for share in (0.0, 1.0)),
         *({"moves": count} for count in (0, 1)),
         *({"smallest_hole": share * longest} for share in (1e-300, 1.0, 1.01)),
         *({"shrink": share * longest} for share in (1e-300, 0.02, 1.0, 1e300)),
@@ -40,12 +41,7 @@ def rows(triangles: int, views: int) -> Iterator[Row]:
     """A row a case."""
     mesh = bumpy_sphere(triangles)
     for options in cases(float(mesh.extent.max())):
-        words = " ".join(f"{key}={_word(value)}" for key, value in options.items())
-        yield produced_row(mesh, {"options": words or "defaults"}, views, options)
-
-
-def _word(value: Any) -> str:
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+        yield produced_row(mesh, {"options": words_of(options) or "defaults"}, views, options)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

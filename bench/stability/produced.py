@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,14 @@ def arguments_of(name: str) -> argparse.ArgumentParser:
     parser.add_argument("--views", type=int, default=64, help="that accuracy is measured from")
     parser.add_argument("--out", type=Path, default=RESULTS)
     return parser
+
+
+def words_of(options: Mapping[str, object]) -> str:
+    """Options as a row names them; numbers by three digits."""
+    return " ".join(
+        f"{key}={value:.3g}" if isinstance(value, float) else f"{key}={value}"
+        for key, value in options.items()
+    )
 
 
 def produced_row(mesh: TriangleMesh, case: Row, views: int, options: dict[str, Any]) -> Row:

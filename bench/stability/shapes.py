@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from bench.record import Row
-from bench.stability.produced import arguments_of, produced_row, record
+from bench.stability.produced import arguments_of, produced_row, record, words_of
 from tests.extremes.shapes import SHAPES
 
 _ALSO: tuple[tuple[str, dict[str, Any]], ...] = (
@@ -18,6 +18,8 @@ _ALSO: tuple[tuple[str, dict[str, Any]], ...] = (
     ("hole of 10.0 voxels", {"smallest_hole": 10.5}),
     ("Menger sponge", {"resolution": 27}),
     ("Menger sponge", {"smallest_hole": 3.1}),
+    ("Menger sponge", {"fill": "flood"}),
+    ("chessboard", {"overhang": 1.0}),
     ("10,000 specks", {"smallest_hole": 0.063}),
     ("10,000 specks", {"resolution": 512}),
     ("cube", {"conservative": True}),
@@ -34,9 +36,8 @@ def rows(views: int, only: str) -> Iterator[Row]:
     """A row a shape with the defaults, then with other options."""
     for name, options in (*((name, {}) for name in SHAPES), *_ALSO):
         if only in name:
-            words = " ".join(f"{key}={value:g}" for key, value in options.items())
             mesh = SHAPES[name]()
-            case = {"shape": name, "of": len(mesh.faces), "options": words}
+            case = {"shape": name, "of": len(mesh.faces), "options": words_of(options)}
             yield produced_row(mesh, case, views, options)
 
 

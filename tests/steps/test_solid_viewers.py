@@ -94,10 +94,13 @@ def test_where_nobody_can_stand_the_user_is_told():
 
 
 def test_what_is_made_keeps_out_of_the_room():
-    """The room's middle: nothing of the occluder comes nearer than its error bound allows."""
+    """The room's middle: nothing of the occluder comes nearer than its error bound allows.
+
+    With more triangles than 24 the walls would be kept as they are.
+    """
     mesh = house(1.2)
     found = simplifier.simplify(
-        mesh, up="z", viewers="inside", budget=64, preset="draft", resolution=45, moves=3000
+        mesh, up="z", viewers="inside", budget=24, preset="draft", resolution=45, moves=3000
     )
     middle = np.array([ROOM[0] + 1.0, ROOM[1] - 1.0])
     triangles = found.occluder.vertices[found.occluder.faces]
@@ -105,7 +108,7 @@ def test_what_is_made_keeps_out_of_the_room():
     points = np.einsum("kc,mcd->mkd", weights, triangles).reshape(-1, 3)
     assert not ((points > middle[0]) & (points < middle[1])).all(axis=1).any()
     filled = simplifier.simplify(
-        mesh, up="z", budget=64, preset="draft", moves=0, smallest_hole=1.5
+        mesh, up="z", budget=24, preset="draft", moves=0, smallest_hole=1.5
     )
     triangles = filled.occluder.vertices[filled.occluder.faces]
     points = np.einsum("kc,mcd->mkd", weights, triangles).reshape(-1, 3)

@@ -69,6 +69,12 @@ def sphere(radius=1.0, rings=16):
     return TriangleMesh.from_soup(points, faces[area > 1e-12 * radius**2])
 
 
+def rounded_box(extent=(1.0, 0.6, 0.8), rings=40):
+    """A sphere that is cut flat on six sides, its edges round."""
+    ball = sphere(rings=rings)
+    return TriangleMesh.from_soup(np.clip(1.6 * ball.vertices, -1.0, 1.0) * extent, ball.faces)
+
+
 def torus(ring=1.0, tube=0.45, around=32, across=16):
     """A closed torus about the y axis."""
     i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")

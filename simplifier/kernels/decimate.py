@@ -21,20 +21,13 @@ from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.voxelize import ROOM, is_contained
 
 _BORDER = 10.0  # weight of a plane across a border, in squares of its edge
-_TO_MIDDLE = 1e-3
-"""Pull towards the middle of the edge, in what the planes weigh together: where all of them agree
-nothing else says where along them the vertex is to be."""
-
-_SHORT = 1e-3
-"""Cost of an edge, a squared voxel of its length.  Without it flat parts, where nothing else costs,
-collapse into one vertex with thousands of faces, and each collapse walks them all."""
-
 _FOLDED = 100.0  # how much dearer a collapse is that turns a face over
+_FIRMLY = 1e-3  # the pull to the middle where a weaker one lets a vertex leave its edge by far
 _LEAVES = 10.0  # and one that takes a face out of the room; more stops too many
 
 
-@kernel(f"float64[:, :, :], int32[:, :, :], {ROOM}, int64[:], bool[:, :]")
-def decimate(states, state_faces, room, budgets, states_alive):
+@kernel(f"float64[:, :, :], int32[:, :, :], {ROOM}, int64[:], bool[:, :], float64, float64")
+def decimate(states, state_faces, room, budgets, states_alive, to_middle, short):
     """Collapse edges until at most as many faces are left as each of the ``budgets`` (b,) allows,
     which fall.
 
@@ -43,6 +36,13 @@ def decimate(states, state_faces, room, budgets, states_alive):
                       is to be decimated.
     ``room``          where faces should be, as :func:`~.voxelize.is_contained` takes it: a collapse
                       that leaves it waits longer.
+    ``to_middle``     pull towards the middle of the edge, in what the planes weigh together: where
+                      all of them agree nothing else says where along them the vertex is to be.
+    ``short``         cost of an edge, a squared voxel of its length.  Without it flat parts, where
+                      nothing else costs, collapse into one vertex with thousands of faces, and each
+                      collapse walks them all.
+
+    The smaller both are the nearer is the result; the larger, the more even are its triangles.
 
     Faces have three different vertices and no two faces the same three.  Cost: n log n, and a
     microsecond a face; what fewer take is on the way.
@@ -51,7 +51,7 @@ def decimate(states, state_faces, room, budgets, states_alive):
     vertices, faces, alive = states[last], state_faces[last], states_alive[last]
     heads, links = _corner_lists(faces, len(vertices))
     quadrics = _quadrics(vertices, faces, heads, links)
-    queue = _edges(vertices, faces, heads, links, quadrics)
+    queue = _edges(vertices, faces, heads, links, quadrics, to_middle, short)
     versions = np.zeros(len(vertices), np.int64)  # counts moves; -1 for a vertex that is gone
     moved = np.zeros(len(vertices), np.int64)  # the collapse that moved it last, counted from 1
     offers = np.full(len(vertices), -1, np.int64)  # the other end of its edge in the queue
@@ -74,7 +74,7 @@ def decimate(states, state_faces, room, budgets, states_alive):
         version = stamp if stamp >= 0 else ~stamp
         times = np.inf
         if versions[u] >= 0 and versions[v] >= 0 and versions[u] + versions[v] == version:
-            _cost(vertices, quadrics, u, v, place)
+            _cost(vertices, quadrics, u, v, place, to_middle, short)
             times = 1.0
             if stamp >= 0:
                 times = _weight(vertices, faces, heads, links, u, v, place, room)
@@ -96,12 +96,12 @@ def decimate(states, state_faces, room, budgets, states_alive):
         mark += 2
         _offer(
             vertices, faces, heads, links, quadrics, versions, moved, v, cost, u, place, marks,
-            mark, offers, queue,
+            mark, offers, queue, to_middle, short,
         )  # fmt: skip
 
 
 @inner_kernel
-def _edges(vertices, faces, heads, links, quadrics):
+def _edges(vertices, faces, heads, links, quadrics, to_middle, short):
     """A queue of (cost, vertex, vertex, sum of their versions), each edge once."""
     place = np.zeros(3)
     queue = [(0.0, 0, 0, 0) for _ in range(0)]
@@ -109,7 +109,7 @@ def _edges(vertices, faces, heads, links, quadrics):
         for k in range(3):
             a, b = np.int64(faces[face, k]), np.int64(faces[face, (k + 1) % 3])
             if _first_with(faces, heads, links, a, b) == face:
-                queue.append((_cost(vertices, quadrics, a, b, place), a, b, 0))
+                queue.append((_cost(vertices, quadrics, a, b, place, to_middle, short), a, b, 0))
     heapify(queue)
     return queue
 
@@ -117,7 +117,7 @@ def _edges(vertices, faces, heads, links, quadrics):
 @inner_kernel
 def _offer(
     vertices, faces, heads, links, quadrics, versions, moved, v, cost, u, place, marks, mark,
-    offers, queue,
+    offers, queue, to_middle, short,
 ):  # fmt: skip
     """Queue the next edge of a vertex: the cheapest after that to ``u``, which costs ``cost``.
 
@@ -131,7 +131,7 @@ def _offer(
             w = np.int64(faces[corner // 3, (corner % 3 + k) % 3])
             if moved[w] < moved[v] and marks[w] != mark:
                 marks[w] = mark
-                price = _cost(vertices, quadrics, w, v, place)
+                price = _cost(vertices, quadrics, w, v, place, to_middle, short)
                 later = price > cost or (price == cost and w > u)
                 first = other < 0 or price < least or (price == least and w < other)
                 if later and first:
@@ -277,23 +277,34 @@ def _add_border(quadrics, vertices, a, b, nx, ny, nz):
 
 
 @inner_kernel
-def _cost(vertices, quadrics, u, v, place):
+def _cost(vertices, quadrics, u, v, place, to_middle, short):
     """What a collapse of the edge costs; writes into ``place`` (3,) where its vertex goes."""
     p, q = vertices[u], vertices[v]
     s, t = quadrics[u], quadrics[v]
-    mx, my, mz = 0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1]), 0.5 * (p[2] + q[2])
-    pull = _TO_MIDDLE * (s[0] + t[0] + s[3] + t[3] + s[5] + t[5]) + 1e-30
+    middle = 0.5 * (p[0] + q[0]), 0.5 * (p[1] + q[1]), 0.5 * (p[2] + q[2])
+    length = (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
+    if _solve(s, t, middle, to_middle, place) > length and to_middle < _FIRMLY:
+        _solve(s, t, middle, _FIRMLY, place)
+    return max(_error(s, place) + _error(t, place), 0.0) + short * length
+
+
+@inner_kernel
+def _solve(s, t, middle, to_middle, place):
+    """Write into ``place`` (3,) where the error of both quadrics is least; return how far that is
+    from the middle, squared."""
+    pull = to_middle * (s[0] + t[0] + s[3] + t[3] + s[5] + t[5]) + 1e-30
     a, b, c = s[0] + t[0] + pull, s[1] + t[1], s[2] + t[2]
     d, e, f = s[3] + t[3] + pull, s[4] + t[4], s[5] + t[5] + pull
-    x, y, z = pull * mx - s[6] - t[6], pull * my - s[7] - t[7], pull * mz - s[8] - t[8]
+    x, y = pull * middle[0] - s[6] - t[6], pull * middle[1] - s[7] - t[7]
+    z = pull * middle[2] - s[8] - t[8]
     # The matrix is symmetric and, by the pull, positive definite: cofactors will do.
     ca, cb, cc = d * f - e * e, c * e - b * f, b * e - c * d
     determinant = a * ca + b * cb + c * cc
     place[0] = (ca * x + cb * y + cc * z) / determinant
     place[1] = (cb * x + (a * f - c * c) * y + (b * c - a * e) * z) / determinant
     place[2] = (cc * x + (b * c - a * e) * y + (a * d - b * b) * z) / determinant
-    length = (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
-    return max(_error(s, place) + _error(t, place), 0.0) + _SHORT * length
+    away = (place[0] - middle[0]) ** 2 + (place[1] - middle[1]) ** 2
+    return away + (place[2] - middle[2]) ** 2
 
 
 @inner_kernel

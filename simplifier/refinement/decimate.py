@@ -8,6 +8,7 @@ Voxels -> shares: a solid in few cells, for work that need not be as fine as its
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -25,8 +26,24 @@ Surface = tuple[FloatArray, IntArray]
 """Vertices (n, 3) float64 and faces (m, 3) int32."""
 
 
+@dataclass(frozen=True)
+class Manner:
+    """What a collapse costs beside its error, as :func:`~simplifier.kernels.decimate.decimate` has
+    it."""
+
+    to_middle: float
+    short: float
+
+
+EVEN = Manner(1e-3, 1e-3)
+"""Triangles of even shape, which searches can move."""
+
+CLOSE = Manner(1e-6, 1e-5)
+"""As near to the surface as it gets, for what stays as it is."""
+
+
 def decimate_into(
-    vertices: FloatArray, faces: IntArray, room: Room, budget: int
+    vertices: FloatArray, faces: IntArray, room: Room, budget: int, manner: Manner = EVEN
 ) -> tuple[FloatArray, IntArray]:
     """At most ``budget`` (1 or more) triangles near a surface; grid space.
 
@@ -37,11 +54,15 @@ def decimate_into(
     Returns ``vertices`` (k, 3) float64, all used and none outside the room's cells, and ``faces``
     int32, none without area.
     """
-    return moved_into(*decimated(vertices, faces, room, [budget])[0], room)
+    return moved_into(*decimated(vertices, faces, room, [budget], manner)[0], room)
 
 
 def decimated(
-    vertices: FloatArray, faces: IntArray, room: Room, budgets: Sequence[int]
+    vertices: FloatArray,
+    faces: IntArray,
+    room: Room,
+    budgets: Sequence[int],
+    manner: Manner = EVEN,
 ) -> list[Surface]:
     """At most as many triangles as each of the ``budgets``, which fall, near a surface; as of
     :func:`decimate_into`, but in the place of the room and not moved into it yet."""
@@ -54,7 +75,10 @@ def decimated(
     states = np.repeat(points[None], len(less), axis=0)
     state_faces = np.repeat(corners[None], len(less), axis=0)
     alive = np.empty((len(less), len(corners)), dtype=np.bool_)
-    decimate(states, state_faces, room.voxels, np.array(less, dtype=np.int64), alive)
+    decimate(
+        states, state_faces, room.voxels, np.array(less, dtype=np.int64), alive, manner.to_middle,
+        manner.short,
+    )  # fmt: skip
     found = zip(states, state_faces, alive, strict=True)
     left = [(one, some[is_left]) for one, some, is_left in found]
     return [_without_unused(*one) for one in (*whole, *left)]

@@ -24,6 +24,9 @@ _FORESEEN = 0.4  # of a search with fewer triangles, when it tells whether it ma
 _HOPEFUL = 0.6  # of the recall of what is chosen, that it then has at least: others had 0.5
 
 
+FLAWLESS = 0.99
+"""Of recall less faults: what is worth that much leaves next to nothing to gain."""
+
 PART = 4
 """By which the triangles are divided where fewer are tried."""
 
@@ -74,6 +77,8 @@ def _best_drawn_in(
 def is_doubtful(found: Sequence[FloatArray], chosen: FloatArray, judge: Judge) -> bool:
     """Whether fewer triangles may do better than those ``chosen``: no search has found these, or
     faults have cost much of what was found."""
+    if judge.worth(chosen) >= FLAWLESS:
+        return False
     if not any(chosen is one for one in found):
         return True
     return max(map(judge.recall, found)) - judge.worth(chosen) >= _DOUBTFUL

@@ -22,6 +22,7 @@ from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.thin import border_places, crack_triangles, sum_up_cells, whole_faces
 from simplifier.kernels.threads import run_each
 from simplifier.refinement.decimate import (
+    CLOSE,
     Surface,
     coarse,
     decimate_into,
@@ -42,6 +43,11 @@ class Surfaces:
     def __init__(self, shown: TriangleMesh, grid: VoxelGrid) -> None:
         self._shown, self._grid = shown, grid
         self._fewer: dict[tuple[str, Room, int], Surface] = {}
+
+    @property
+    def few(self) -> bool:
+        """Whether what is shown is so few triangles that all of them are decimated."""
+        return len(self._shown.faces) <= _MOST_FINE
 
     @cached_property
     def _clusters(self) -> tuple[FloatArray, IntArray]:
@@ -100,16 +106,14 @@ def fine_starts(
     Results as of :func:`enclosed_start`.  The cells of :func:`cluster_vertices` leave nothing of a
     thin rod, or a ribbon that is too wide.
     """
-    most = min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE)
-    vertices, faces = weld_vertices(reduce_to(mesh, most), filled)
+    vertices, faces = weld_vertices(reduce_to(mesh, _MOST_FINE), filled)
     different = list({room.limit: room for room in rooms}.values())  # often the same twice
-    made = run_each(lambda room: decimate_into(vertices, faces, room, budget), different)
+    made = run_each(lambda room: decimate_into(vertices, faces, room, budget, CLOSE), different)
     by_limit = {room.limit: one for room, one in zip(different, made, strict=True)}
     return [by_limit[room.limit] for room in rooms]
 
 
-_FOR_EACH = 160  # triangles that one of a start stands for, where that is within the next two
-_LEAST_FINE, _MOST_FINE = 10_000, 20_000  # the latter take a thirtieth of a second
+_MOST_FINE = 20_000  # triangles, which take a fiftieth of a second
 
 
 _CELLS = 64  # along the longest edge, at most: what is finer only costs time

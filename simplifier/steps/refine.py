@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -20,11 +20,13 @@ from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.finalists import MUCH, OUTLINE, Judge, Outlines
 from simplifier.refinement.search import Stop, hidden_share, pull_into, refine
 from simplifier.refinement.second_search import (
+    FLAWLESS,
     PART,
     is_doubtful,
     search_again,
     search_with_fewer,
 )
+from simplifier.refinement.starts import Surfaces
 from simplifier.refinement.trim import is_worth_cutting, trimmed
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections
@@ -39,6 +41,7 @@ _LEAST = 32  # of a budget of many that is divided
 _LARGER = 0.75  # of the time, until the quarter's turn
 _CHANCE = 0.01  # of recall, between two views of the same
 _GAIN = 0.02  # of worth, that cutting back has to bring: less may be a loss in other views
+_SMOOTH = 0.85  # of recall less faults, which few triangles have of what is smooth alone
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and second end
 _LITTLE = 0.1  # of the original's score: planar sections of hills have less, others far more
@@ -53,7 +56,7 @@ _HURRIED = 0.4  # of such a limit, for judging
 _STARTS = (
     "planar sections", "the surface of the solid in fewer triangles", "the mesh in fewer triangles",
 )  # fmt: skip
-_THIN = "the mesh in fewer triangles, with its parts that are thinner than a voxel"
+_DETAILED = "the mesh in fewer triangles, with all that is finer than a voxel"
 
 
 @dataclass(frozen=True, eq=False)
@@ -295,6 +298,19 @@ def _searched(
         few = budget // PART if run.divided and budget <= MANY else 0
         starts += looks.surfaces.decimated(budget, room, few)
     judged = run.judged
+
+    @cache
+    def spare() -> list[FloatArray]:
+        """What is thin sticks out by little, however far it is moved: all of the room is for it."""
+        if deadline.limited:  # which has left no time for it
+            return []
+        return looks.surfaces.fine(budget, (room, looks.room))
+
+    # Of simple meshes it may leave nothing to search for.
+    for one in spare() if judged and looks.surfaces.few else []:
+        if run.judge.worth(one) >= FLAWLESS:
+            words = "The mesh in fewer triangles hides nearly all of it, so nothing was searched."
+            return [], Refined(one, looks.room.bound, words), False
     first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))
     found = refine(
         starts, room, views, budget, aims, seed, run.tell(begin, first if run.divided else end),
@@ -304,16 +320,10 @@ def _searched(
     searched = f"The occluder was found by searches that began with {begun}."
     if not judged:
         return [], Refined((found or starts)[0], room.bound, searched), False
-
-    def spare() -> list[FloatArray]:
-        """What is thin sticks out by little, however far it is moved: all of the room is for it."""
-        if deadline.limited:  # which has left no time for it
-            return []
-        return looks.surfaces.fine(budget, (room, looks.room))
-
     judge = run.judge
-    # Of many triangles the mesh itself in full detail may be best, which no search has begun with.
-    best, better = judge.best_of([*found, *starts], spare, MUCH if budget <= MANY else 1.0), None
+    # The mesh itself in full detail may be best, which no search has begun with.
+    much = 1.0 if budget > MANY or _asks_for_detail(looks.surfaces, found, starts, judge) else MUCH
+    best, better = judge.best_of([*found, *starts], spare, much), None
     if run.divided and not run.cancelled():
         better = search_again(
             found, best, room, views, judge, budget, aims, seed, run.tell(first, second),
@@ -346,8 +356,21 @@ def _searched(
         words = "All that was found would hide too much wrongly, so the occluder is empty."
         return found, Refined(best, room.bound, words), doubtful
     names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
-    words = f"No search did better than {(*names, _THIN)[0]}, which became the occluder."
+    words = f"No search did better than {(*names, _DETAILED)[0]}, which became the occluder."
     return found, Refined(best, room.bound if names else looks.room.bound, words), doubtful
+
+
+def _asks_for_detail(
+    surfaces: Surfaces, found: Sequence[FloatArray], starts: Sequence[FloatArray], judge: Judge
+) -> bool:
+    """Whether the mesh in full detail may be best: of few triangles, where it takes next to no time
+    to find out, where so much is hidden that it is smooth, or where a start is better than what
+    searches made of it."""
+    if surfaces.few:
+        return True
+    worths = judge.worths([*starts, *found])
+    most = max(worths[len(starts) :], default=0.0)
+    return most >= _SMOOTH or max(worths[: len(starts)]) > most
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -10,12 +10,18 @@ from hypothesis import strategies as st
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.kernels.soup_views import all_contained
-from simplifier.refinement.decimate import decimate_into
-from simplifier.refinement.starts import Surfaces, cluster_vertices, enclosed_start
+from simplifier.refinement.decimate import CLOSE, EVEN, decimate_into, decimated
+from simplifier.refinement.reduce import reduce_to
+from simplifier.refinement.starts import (
+    Surfaces,
+    cluster_vertices,
+    enclosed_start,
+    weld_vertices,
+)
 from simplifier.voxel.fill import fill
 from simplifier.voxel.room import coarse_room
 from simplifier.voxel.voxelize import voxelize
-from tests.solids import box, joined, random_soup, sphere, table
+from tests.solids import box, joined, random_soup, rounded_box, sphere, table
 
 SHAPES = {
     "ball": sphere(1.0, rings=12), "box": box((1.0, 2.0, 0.5)), "table": table(),
@@ -51,6 +57,36 @@ def inside_share(vertices, faces, grid):
     inside = np.zeros(len(faces), np.bool_)
     all_contained(vertices[faces] + room.margin, room.voxels, inside)
     return inside.mean() if len(faces) else 1.0
+
+
+def volume(vertices, faces):
+    p, q, r = np.moveaxis(vertices[faces], 1, 0)
+    return abs(np.einsum("ij,ij->i", p, np.cross(q, r)).sum()) / 6.0
+
+
+def test_what_stays_as_it_is_keeps_nearer_to_the_mesh():
+    """Than triangles that searches are to move, which are of more even shape."""
+    mesh = rounded_box()
+    grid = fill(voxelize(mesh, 64))
+    points = grid.to_grid(mesh.vertices)
+    room, whole = coarse_room(grid, 1), volume(points, mesh.faces)
+    even, close = (
+        abs(volume(*decimated(points, mesh.faces, room, [64], manner)[0]) - whole)
+        for manner in (EVEN, CLOSE)
+    )
+    assert close < 0.8 * even
+    assert close < 0.01 * whole
+
+
+def test_no_vertex_flies_off_where_planes_are_nearly_the_same():
+    """One went 20 voxels away: noise in what was flat said where along it the vertex was to be."""
+    mesh = reduce_to(rounded_box(rings=80), 10_240)
+    grid = fill(voxelize(mesh, 64))
+    points, faces = weld_vertices(mesh, grid)
+    room = coarse_room(grid, 1)
+    moved, _ = decimated(points, faces, room, [64], CLOSE)[0]
+    assert (moved - room.margin > points.min(axis=0) - 1.0).all()
+    assert (moved - room.margin < points.max(axis=0) + 1.0).all()
 
 
 @pytest.mark.parametrize("name", sorted(SHAPES))

@@ -27,7 +27,7 @@ from simplifier.refinement.trim import trimmed
 from simplifier.steps import refine as refine_step
 from simplifier.steps.refine import Refined
 from simplifier.steps.room import open_room
-from tests.solids import blob, box, joined, sphere, torus
+from tests.solids import blob, box, joined, rounded_box, sphere, torus
 
 
 def run(mesh, listener=None, **options):
@@ -235,8 +235,8 @@ def test_several_starts_are_named_and_one_that_stays_as_it_is(monkeypatch):
         ),
         (
             np.ones((1, 3, 3)),
-            "No search did better than the mesh in fewer triangles, with its parts that are"
-            " thinner than a voxel, which became the occluder.",
+            "No search did better than the mesh in fewer triangles, with all that is finer than a"
+            " voxel, which became the occluder.",
         ),
     ):
         monkeypatch.setattr(
@@ -254,6 +254,41 @@ def test_sections_that_hide_much_leave_no_other_starts(monkeypatch):
     for much, others in ((0.0, 0), (1.0, 2)):
         monkeypatch.setattr(refine_step, "MUCH_BEGUN", much)
         assert named() == others
+
+
+def test_where_fewer_triangles_hide_nearly_all_nothing_is_searched(monkeypatch):
+    """A search left 98 % of a rounded box, in ten times the time."""
+
+    def refine(*given):
+        raise AssertionError
+
+    monkeypatch.setattr("simplifier.steps.refine.refine", refine)
+    mesh = rounded_box()
+    made = run(mesh, budget=64)
+    assert made.decisions[-1].endswith("hides nearly all of it, so nothing was searched.")
+    report = evaluate_accuracy(mesh, made.occluder, AccuracyOptions(64, 128, exact=True))
+    assert report.recall >= 0.99
+    assert report.precision >= 0.9999
+    check_contained(mesh, made)
+    check_triangles(made.occluder, 64)
+
+
+def stretched(rings):
+    ball = sphere(rings=rings)
+    return TriangleMesh.from_soup(ball.vertices * [1.0, 0.3, 0.6], ball.faces)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "least"),
+    [(stretched(40), 0.9), (stretched(80), 0.88), (sphere(rings=80), 0.84)],
+    ids=["of few triangles", "smooth", "where a start is better than what was found"],
+)
+def test_of_what_is_round_the_mesh_in_full_detail_is_judged_too(mesh, least):
+    made = run(mesh, budget=64)
+    words = "the mesh in fewer triangles, with all that is finer than a voxel"
+    assert made.decisions[-1] == f"No search did better than {words}, which became the occluder."
+    report = evaluate_accuracy(mesh, made.occluder, AccuracyOptions(64, 128, exact=True))
+    assert report.recall >= least
 
 
 def test_a_search_with_fewer_triangles_is_told(monkeypatch):

@@ -186,13 +186,16 @@ def keep_whole(faces, chosen, kept):
 _ON_EDGE = 1e-3  # cells; exporters round coordinates, and a slit as narrow as this is none
 
 
-def border_places(faces: NDArray[np.int32], count: int) -> NDArray[np.bool_]:
+def border_places(
+    faces: NDArray[np.int32], count: int, *, sides_as_one: bool = False
+) -> NDArray[np.bool_]:
     """(count,) bool: the ends of edges that one face alone has.
 
-    ``faces`` (m, 3), of so many vertices.
+    ``faces``         (m, 3), of so many vertices.
+    ``sides_as_one``  whether faces with the same three vertices are one, as both sides of a sheet.
     """
     border = np.zeros(count, dtype=np.bool_)
-    mark_border(faces, np.zeros(count + 2, dtype=np.int32), border)
+    mark_border(faces, np.zeros(count + 2, dtype=np.int32), sides_as_one, border)
     return border
 
 
@@ -257,24 +260,31 @@ def _edges_passing(
     return np.stack([names >> np.uint64(32), names & np.uint64(0xFFFFFFFF)], 1).astype(np.int32)
 
 
-@kernel("int32[:, :], int32[:], bool[:]")
-def mark_border(faces, starts, border):
+@kernel("int32[:, :], int32[:], bool, bool[:]")
+def mark_border(faces, starts, sides_as_one, border):
     """Set ``border`` (n,) bool as :func:`border_places` says; ``faces`` (m, 3) int32.
 
     ``starts``  (n + 2,) int32, zeros.
     """
     listed = list_edges(faces, starts)
-    uses = np.zeros(len(border), np.int32)
+    # Of the edge to each vertex: its face, counted from 1, -1 where it has several.
+    owners = np.zeros(len(border), np.int32)
     for place in range(len(border)):
         begin, end = starts[place], starts[place + 1]
         for edge in range(begin, end):
-            uses[listed[edge, 0]] += 1
+            other, face = listed[edge, 0], listed[edge, 1]
+            if face < 0:
+                face = ~face
+            owner = face + 1
+            if sides_as_one:  # told by its third vertex
+                owner = faces[face, 0] + faces[face, 1] + faces[face, 2] - place - other + 1
+            owners[other] = owner if owners[other] in (0, owner) else -1
         for edge in range(begin, end):
-            if uses[listed[edge, 0]] == 1:
+            if owners[listed[edge, 0]] > 0:
                 border[place] = True
                 border[listed[edge, 0]] = True
         for edge in range(begin, end):
-            uses[listed[edge, 0]] = 0
+            owners[listed[edge, 0]] = 0
 
 
 @kernel("int32[:], int32[:], int32[:]")

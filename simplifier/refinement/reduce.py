@@ -26,7 +26,7 @@ def reduce_to(mesh: TriangleMesh, most_triangles: int) -> TriangleMesh:
     if len(mesh.faces) <= most_triangles:
         return mesh
     cells = np.sqrt(most_triangles / 2.0)
-    border, shown = border_places(mesh.faces, len(mesh.vertices)), mesh
+    border, shown = border_places(mesh.faces, len(mesh.vertices), sides_as_one=True), mesh
     while len(shown.faces) > most_triangles:
         shown = _cluster(mesh, border, max(1, int(cells)))
         cells *= _COARSER * min(1.0, np.sqrt(most_triangles / len(shown.faces)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -126,15 +127,17 @@ def test_a_vertex_lies_on_an_edge_within_a_thousandth_of_a_cell(off, count):
     assert len(cracks(points, faces)) == count
 
 
-@given(st.integers(0, 2**32 - 1), st.integers(1, 60), st.integers(3, 12))
-def test_a_border_is_where_one_face_alone_has_an_edge(seed, count, places):
+@given(st.integers(0, 2**32 - 1), st.integers(1, 60), st.integers(3, 12), st.booleans())
+def test_a_border_is_where_one_face_alone_has_an_edge(seed, count, places, sides_as_one):
     faces = np.random.default_rng(seed).integers(0, places, (count, 3)).astype(np.int32)
     faces = faces[[len(set(face)) == 3 for face in faces.tolist()]]
-    uses = Counter(
-        tuple(sorted((face[k], face[k - 1]))) for face in faces.tolist() for k in range(3)
-    )
+    counted = [frozenset(face) for face in faces.tolist()]
+    if sides_as_one:
+        counted = list(set(counted))
+    uses = Counter(edge for face in counted for edge in combinations(sorted(face), 2))
     expected = {place for edge, count in uses.items() if count == 1 for place in edge}
-    assert set(np.flatnonzero(border_places(faces, places)).tolist()) == expected
+    found = border_places(faces, places, sides_as_one=sides_as_one)
+    assert set(np.flatnonzero(found).tolist()) == expected
 
 
 @pytest.mark.parametrize("count", [1, 1 << 16, 3 << 16])

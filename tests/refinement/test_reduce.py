@@ -31,15 +31,18 @@ def test_a_thinned_ball_has_the_silhouettes_of_the_ball(offset: float) -> None:
     assert (whole != thin).mean() < 0.01
 
 
-def test_an_open_sheet_keeps_its_border() -> None:
-    """All around but at its corners, which the mean of their cells cuts off."""
+@pytest.mark.parametrize("sides", [1, 2])
+def test_an_open_sheet_keeps_its_border(sides: int) -> None:
+    """All around but at its corners, which the mean of their cells cuts off; of two sides as well,
+    of which each edge has two triangles."""
     across = np.arange(201)
     x, y = np.meshgrid(across, across, indexing="ij")
     corner = (201 * across[:-1, None] + across[:-1]).ravel()
     cells = [[corner, corner + 201, corner + 1], [corner + 1, corner + 201, corner + 202]]
     faces = np.concatenate([np.stack(cell, axis=1) for cell in cells])
     points = np.stack([x, y, 5.0 * np.sin(x / 20.0)], axis=-1).reshape(-1, 3)
-    few = reduce_to(TriangleMesh.from_soup(points, faces), 1000)
+    both = np.concatenate([faces, faces[:, ::-1]][:sides])
+    few = reduce_to(TriangleMesh.from_soup(points, both), 1000)
     assert few.bounds[:, :2] == pytest.approx(np.array([[0.0, 0.0], [200.0, 200.0]]))
     edges = np.diff(few.vertices[few.faces], axis=1)
     assert np.cross(edges[:, 0], edges[:, 1])[:, 2].sum() / 2.0 > 0.99 * 200.0**2

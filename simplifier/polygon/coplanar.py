@@ -42,19 +42,19 @@ class PlaneGroup:
 
 
 def group_by_plane(triangles: FloatArray, tolerance: float, most: int) -> list[PlaneGroup] | None:
-    """Triangles (n, 3, 3) with an area, no corner further than ``tolerance`` from their plane.
+    """Triangles (n, 3, 3), no corner further than ``tolerance`` from their plane.
 
     The planes are those of the largest triangles that fit no plane before.  None where more than
-    ``most`` are needed, which is found out as soon as they are.
+    ``most`` are needed, which is found out as soon as they are, or one that is left has no area.
     """
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     lengths = np.linalg.norm(normals, axis=1)
     left = np.argsort(-lengths, kind="stable")
     groups: list[PlaneGroup] = []
     while len(left):
-        if len(groups) == most:
-            return None
         largest = left[0]
+        if len(groups) == most or lengths[largest] == 0.0:
+            return None
         origin, normal = triangles[largest, 0], normals[largest] / lengths[largest]
         on = (np.abs((triangles[left] - origin) @ normal) <= tolerance).all(axis=1)
         on[0] = True  # whatever rounding says of a sliver
@@ -78,7 +78,7 @@ def merge_coplanar(
     left, noded = most, len(triangles) <= _MOST_NODED
     for group in groups:
         corners = _flattened(triangles[group.which], group)
-        merged = _merged(corners, tolerance, left, noded) if left > 0 else None
+        merged = _merged(corners, tolerance, left, noded)
         if merged is None:
             return None
         left -= len(merged)
@@ -112,7 +112,10 @@ def _merged(triangles: FloatArray, tolerance: float, most: int, noded: bool) -> 
     # Normalized, a ring begins at a corner that is none by chance: the first one is always kept.
     for part in shapely.normalize(parts[shapely.get_type_id(parts) == _POLYGON]):
         rings = shapely.simplify(shapely.get_rings(part), tolerance, preserve_topology=False)
-        corners = _cut([shapely.get_coordinates(ring)[:-1] for ring in rings])
+        outer, *holes = [shapely.get_coordinates(ring)[:-1] for ring in rings]
+        if len(outer) < 3:
+            return None
+        corners = _cut([outer, *(hole for hole in holes if len(hole) >= 3)])
         lost = abs(shapely.area(shapely.polygons(corners)).sum() - part.area)
         if len(corners) == 0 or lost > tolerance * part.length:
             return None

@@ -75,8 +75,8 @@ def _best_drawn_in(
 
 
 def is_doubtful(found: Sequence[FloatArray], chosen: FloatArray, judge: Judge) -> bool:
-    """Whether fewer triangles may do better than those ``chosen``: no search has found these, or
-    faults have cost much of what was found."""
+    """Whether fewer triangles may do better than those ``chosen``: there is something left to gain,
+    and no search has found these, or faults have cost much of what was found."""
     if judge.worth(chosen) >= FLAWLESS:
         return False
     if not any(chosen is one for one in found):

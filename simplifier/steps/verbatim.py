@@ -64,7 +64,7 @@ def own_triangles(
 
 
 def _has_few_planes(mesh: TriangleMesh, solid: Solid, budget: int) -> bool:
-    """Whether a few of its triangles lie in so few planes; most meshes lose no time by that."""
+    """Whether some of its triangles lie in so few planes, which tells most meshes at once."""
     most = min(budget, _MOST_PLANES)
     sample = mesh.faces[:: max(len(mesh.faces) // (_SAMPLE * most), 1)]
     placed = solid.touched.to_grid(mesh.vertices[sample])
@@ -76,7 +76,7 @@ def _merged(triangles: FloatArray, solid: Solid, budget: int) -> FloatArray | No
     """(m, 3, 3) in world units; None where it takes more, or each plane has two at most."""
     placed, tolerance = solid.touched.to_grid(triangles), _tolerance(solid)
     groups = group_by_plane(placed, tolerance, min(budget, _MOST_PLANES))
-    if groups is None or max(len(group.which) for group in groups) <= 2:
+    if groups is None or all(len(group.which) <= 2 for group in groups):
         return None
     found = merge_coplanar(placed, groups, tolerance, budget)
     return None if found is None else solid.touched.to_world(found)

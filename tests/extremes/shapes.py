@@ -44,7 +44,7 @@ def cubes(lows: np.ndarray, extent: float | tuple[float, ...] = 1.0) -> np.ndarr
 
 
 def finer(mesh: TriangleMesh, times: int = 2) -> TriangleMesh:
-    """Every triangle in four, so often: more than a budget holds, and so the grid decides."""
+    """Every triangle in four, so often, which share no vertices: more than a budget holds."""
     triangles = mesh.vertices[mesh.faces]
     for _ in range(times):
         a, b, c = triangles.transpose(1, 0, 2)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
 from simplifier.polygon.coplanar import group_by_plane, merge_coplanar
+from tests.extremes.shapes import finer, soup
 from tests.polygon.checks import region
 from tests.polygon.corpus import POLYGONS
 from tests.solids import box
@@ -42,19 +43,10 @@ def shifted(triangles, x=0.0, y=0.0, z=0.0):
     return triangles + np.array([x, y, z])
 
 
-def cut_in_four(triangles):
-    a, b, c = np.moveaxis(triangles, 1, 0)
-    ab, bc, ca = (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0
-    parts = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
-    return np.concatenate([np.stack(part, axis=1) for part in parts])
-
-
 def tessellated(mesh, times):
     """Triangles of a mesh, each cut into four so many times."""
-    triangles = mesh.vertices[mesh.faces]
-    for _ in range(times):
-        triangles = cut_in_four(triangles)
-    return triangles
+    cut = finer(mesh, times)
+    return cut.vertices[cut.faces]
 
 
 def merged(triangles, most=1000):
@@ -129,9 +121,9 @@ def test_holes_and_bays_stay_open(name):
     flat = np.array([shapely.get_coordinates(one)[:3] for one in cut])
     scale = UNIT / np.ptp(flat, axis=(0, 1)).max()
     triangles = in_space((flat - flat.min(axis=(0, 1))) * scale)
-    finer = cut_in_four(triangles)
-    found = merged(finer)
-    assert len(found) < len(finer)
+    many = tessellated(soup([triangles]), 1)
+    found = merged(many)
+    assert len(found) < len(many)
     assert_same_plan(found, triangles)
 
 
@@ -159,6 +151,12 @@ def test_more_planes_or_triangles_than_are_allowed_are_none():
     assert group_by_plane(triangles, TOLERANCE, 5) is None
     assert len(merged(triangles, 12)) == 12
     assert merged(triangles, 11) is None
+
+
+def test_what_has_no_area_is_of_another_plane_or_of_none():
+    level, line = grid(2), np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]]])
+    assert len(group_by_plane(np.concatenate([level, line]), TOLERANCE, 9)) == 1
+    assert group_by_plane(np.concatenate([level, shifted(line, z=1.0)]), TOLERANCE, 9) is None
 
 
 def test_a_plane_takes_what_lies_in_it_and_no_more():

@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, DrawnPart, Overrides
 from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
 from simplifier.steps.solid import solidify
 from simplifier.steps.verbatim import is_own_occluder, own_triangles, seen_triangles
-from tests.polygon.test_coplanar import tessellated
+from tests.extremes.shapes import finer
 from tests.solids import box, joined, sphere
 
 
@@ -37,12 +36,6 @@ def test_what_has_to_stay_within_or_was_drawn_over_does_not_fit():
     assert not is_own_occluder(mesh, solid_of(mesh), 12, drawn)
 
 
-def in_parts(mesh, times=3):
-    """Each triangle in so many fourths of fourths, none of which share a vertex."""
-    corners = tessellated(mesh, times).reshape(-1, 3)
-    return TriangleMesh.from_soup(corners, np.arange(len(corners)).reshape(-1, 3))
-
-
 def own(mesh, budget, overrides=NO_OVERRIDES, **options):
     chosen = SolidOptions(32, **options)
     return own_triangles(mesh, solid_of(mesh, **options), chosen, budget, overrides)
@@ -51,12 +44,12 @@ def own(mesh, budget, overrides=NO_OVERRIDES, **options):
 @pytest.mark.parametrize("offset", [0.0, 5_176_000.0])
 def test_flat_parts_take_as_few_triangles_as_cover_them(offset):
     whole = box([9.0, 5.0, 7.0], [offset] * 3)
-    found, words = own(in_parts(whole), 12)
+    found, words = own(finer(whole), 12)
     assert len(found) == 12
     assert words.startswith("Its flat parts take no more triangles")
     away = np.abs(found.reshape(-1, 1, 3) - whole.vertices).max(axis=2).min(axis=1)
     assert away.max() <= 2e-5 * 9.0
-    assert own(in_parts(whole), 11) is None
+    assert own(finer(whole), 11) is None
 
 
 def test_of_the_own_triangles_and_those_that_cover_them_the_fewer_are_kept():
@@ -64,18 +57,18 @@ def test_of_the_own_triangles_and_those_that_cover_them_the_fewer_are_kept():
     found, words = own(whole, 64)
     assert np.array_equal(found, whole.vertices[whole.faces])
     assert words.startswith("The mesh has no more triangles")
-    assert len(own(in_parts(whole, 1), 64)[0]) == 12  # of 48
+    assert len(own(finer(whole, 1), 64)[0]) == 12  # of 48
 
 
 def test_what_is_buried_needs_no_triangle():
-    mesh = in_parts(within(12.0))
+    mesh = finer(within(12.0))
     found, _ = own(mesh, 12)
     assert len(found) == 12
     assert (np.abs(found - 16.0).max(axis=2) > 15.9).all()
 
 
 def test_what_is_round_or_was_decided_by_hand_is_not_covered():
-    flat = in_parts(box([9.0, 5.0, 7.0]))
+    flat = finer(box([9.0, 5.0, 7.0]))
     drawn = Overrides(drawn=(DrawnPart("box", flat.vertices[flat.faces]),))
     assert own(sphere(rings=30), 64) is None
     assert own(flat, 64) is not None

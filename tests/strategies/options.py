@@ -50,8 +50,9 @@ def _bounds(longest: float) -> st.SearchStrategy[float]:
     return shares.map(lambda share: share * longest).filter(lambda one: 0.0 < one < math.inf)
 
 
-def _values(field: OptionField, longest: float) -> st.SearchStrategy[Any]:
-    """What the table allows for an option by itself, and None where that is allowed too."""
+def _values(field: OptionField, longest: float, *, some: bool) -> st.SearchStrategy[Any]:
+    """What the table allows for an option by itself, and None where that is allowed too, unless
+    ``some`` value is to be there."""
     low = 0.0 if field.low is None else field.low
     high = _MOST.get(field.name, math.inf if field.high is None else field.high)
     match field.kind:
@@ -76,15 +77,21 @@ def _values(field: OptionField, longest: float) -> st.SearchStrategy[Any]:
             found = st.lists(_bounds(longest), min_size=1, max_size=4, unique=True)
         case kind:
             raise AssertionError(f"{field.name} is of a kind {kind!r} that is not drawn yet")
-    return st.none() | found if field.nullable else found
+    return st.none() | found if field.nullable and not some else found
 
 
 def _chosen(
     fields: Iterable[OptionField], longest: float, given: Iterable[str], never: Iterable[str] = ()
 ) -> st.SearchStrategy[Chosen]:
     """Each option left out or chosen; of what is ``given`` the default would take too long."""
-    drawn = {one.name: _values(one, longest) for one in fields if one.name not in set(never)}
-    costly = {name: drawn.pop(name).filter(lambda value: value is not None) for name in given}
+    needed, left_out = set(given), set(never)
+    drawn = {
+        one.name: _values(one, longest, some=one.name in needed)
+        for one in fields
+        if one.name not in left_out
+    }
+    # In one order, whatever that of a set is: the same seed is to draw the same.
+    costly = {name: drawn.pop(name) for name in list(drawn) if name in needed}
     return st.fixed_dictionaries(costly, optional=drawn)
 
 

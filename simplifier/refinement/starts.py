@@ -106,14 +106,17 @@ def fine_starts(
     Results as of :func:`enclosed_start`.  The cells of :func:`cluster_vertices` leave nothing of a
     thin rod, or a ribbon that is too wide.
     """
-    vertices, faces = weld_vertices(reduce_to(mesh, _MOST_FINE), filled)
+    if len(mesh.faces) > _MOST_FINE:
+        mesh = reduce_to(mesh, min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE))
+    vertices, faces = weld_vertices(mesh, filled)
     different = list({room.limit: room for room in rooms}.values())  # often the same twice
     made = run_each(lambda room: decimate_into(vertices, faces, room, budget, CLOSE), different)
     by_limit = {room.limit: one for room, one in zip(different, made, strict=True)}
     return [by_limit[room.limit] for room in rooms]
 
 
-_MOST_FINE = 20_000  # triangles, which take a fiftieth of a second
+_FOR_EACH = 320  # triangles that one of a start stands for, where that is within the next two
+_LEAST_FINE, _MOST_FINE = 10_000, 20_000  # the latter take a fiftieth of a second
 
 
 _CELLS = 64  # along the longest edge, at most: what is finer only costs time

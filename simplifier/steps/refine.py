@@ -41,7 +41,7 @@ _LEAST = 32  # of a budget of many that is divided
 _LARGER = 0.75  # of the time, until the quarter's turn
 _CHANCE = 0.01  # of recall, between two views of the same
 _GAIN = 0.02  # of worth, that cutting back has to bring: less may be a loss in other views
-_SMOOTH = 0.85  # of recall less faults, which few triangles have of what is smooth alone
+_SMOOTH = 0.85  # of recall less faults, that few triangles have of what is smooth
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and second end
 _LITTLE = 0.1  # of the original's score: planar sections of hills have less, others far more
@@ -300,14 +300,15 @@ def _searched(
     judged = run.judged
 
     @cache
+    def detailed(*rooms: Room) -> list[FloatArray]:
+        return [] if deadline.limited else looks.surfaces.fine(budget, rooms)
+
     def spare() -> list[FloatArray]:
         """What is thin sticks out by little, however far it is moved: all of the room is for it."""
-        if deadline.limited:  # which has left no time for it
-            return []
-        return looks.surfaces.fine(budget, (room, looks.room))
+        return detailed(room, looks.room)
 
     # Of simple meshes it may leave nothing to search for.
-    for one in spare() if judged and looks.surfaces.few else []:
+    for one in detailed(looks.room) if judged and looks.surfaces.few else []:
         if run.judge.worth(one) >= FLAWLESS:
             words = "The mesh in fewer triangles hides nearly all of it, so nothing was searched."
             return [], Refined(one, looks.room.bound, words), False
@@ -322,8 +323,11 @@ def _searched(
         return [], Refined((found or starts)[0], room.bound, searched), False
     judge = run.judge
     # The mesh itself in full detail may be best, which no search has begun with.
-    much = 1.0 if budget > MANY or _asks_for_detail(looks.surfaces, found, starts, judge) else MUCH
-    best, better = judge.best_of([*found, *starts], spare, much), None
+    if budget <= MANY and _asks_for_detail(looks.surfaces, found, starts, judge):
+        best = judge.best_of([*found, *starts], lambda: detailed(looks.room), 1.0)
+    else:
+        best = judge.best_of([*found, *starts], spare, MUCH if budget <= MANY else 1.0)
+    better = None
     if run.divided and not run.cancelled():
         better = search_again(
             found, best, room, views, judge, budget, aims, seed, run.tell(first, second),
@@ -363,14 +367,15 @@ def _searched(
 def _asks_for_detail(
     surfaces: Surfaces, found: Sequence[FloatArray], starts: Sequence[FloatArray], judge: Judge
 ) -> bool:
-    """Whether the mesh in full detail may be best: of few triangles, where it takes next to no time
-    to find out, where so much is hidden that it is smooth, or where a start is better than what
-    searches made of it."""
-    if surfaces.few:
-        return True
+    """Whether the mesh in full detail may be best where what was found is good: of few triangles,
+    where it takes next to no time to find out, of what is smooth and has no start but sections, or
+    where a start is better than what searches made of it."""
     worths = judge.worths([*starts, *found])
-    most = max(worths[len(starts) :], default=0.0)
-    return most >= _SMOOTH or max(worths[: len(starts)]) > most
+    before, after = max(worths[: len(starts)]), max(worths[len(starts) :], default=0.0)
+    if max(before, after) < MUCH:
+        return False
+    smooth = after >= _SMOOTH and len(starts) == 1
+    return surfaces.few or smooth or before > after
 
 
 def _listed(names: Sequence[str]) -> str:

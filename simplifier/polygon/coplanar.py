@@ -116,7 +116,7 @@ def _merged(triangles: FloatArray, tolerance: float, most: int, noded: bool) -> 
         if len(outer) < 3:
             return None
         corners = _cut([outer, *(hole for hole in holes if len(hole) >= 3)])
-        lost = abs(shapely.area(shapely.polygons(corners)).sum() - part.area)
+        lost = abs(_areas(corners).sum() - part.area)
         if len(corners) == 0 or lost > tolerance * part.length:
             return None
         found.append(corners)

@@ -43,6 +43,7 @@ class Surfaces:
     def __init__(self, shown: TriangleMesh, grid: VoxelGrid) -> None:
         self._shown, self._grid = shown, grid
         self._fewer: dict[tuple[str, Room, int], Surface] = {}
+        self._fine: dict[tuple[int, int], FloatArray] = {}
 
     @property
     def few(self) -> bool:
@@ -73,9 +74,13 @@ class Surfaces:
         return run_each(begin, ("solid", "mesh"))
 
     def fine(self, budget: int, rooms: Sequence[Room]) -> list[FloatArray]:
-        """The mesh in fewer triangles, as thin as pictures show it, in each room."""
-        starts = fine_starts(self._shown, self._grid, rooms, budget)
-        return [_pulled(*one, room) for room, one in zip(rooms, starts, strict=True)]
+        """The mesh in fewer triangles, as thin as pictures show it, in each room: made once."""
+        left = {room.limit: room for room in rooms if (budget, room.limit) not in self._fine}
+        if left:
+            made = fine_starts(self._shown, self._grid, list(left.values()), budget)
+            for room, one in zip(left.values(), made, strict=True):
+                self._fine[budget, room.limit] = _pulled(*one, room)
+        return [self._fine[budget, room.limit] for room in rooms]
 
 
 def _pulled(vertices: FloatArray, faces: IntArray, room: Room) -> FloatArray:
@@ -101,7 +106,7 @@ def fine_starts(
 ) -> list[tuple[FloatArray, IntArray]]:
     """The mesh itself in at most ``budget`` triangles, thinner than a voxel as it may be, by room.
 
-    The ``rooms`` are one, up to different limits; ``mesh`` in world units.
+    The ``rooms`` are one, each up to another limit; ``mesh`` in world units.
 
     Results as of :func:`enclosed_start`.  The cells of :func:`cluster_vertices` leave nothing of a
     thin rod, or a ribbon that is too wide.
@@ -109,10 +114,7 @@ def fine_starts(
     if len(mesh.faces) > _MOST_FINE:
         mesh = reduce_to(mesh, min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE))
     vertices, faces = weld_vertices(mesh, filled)
-    different = list({room.limit: room for room in rooms}.values())  # often the same twice
-    made = run_each(lambda room: decimate_into(vertices, faces, room, budget, CLOSE), different)
-    by_limit = {room.limit: one for room, one in zip(different, made, strict=True)}
-    return [by_limit[room.limit] for room in rooms]
+    return run_each(lambda room: decimate_into(vertices, faces, room, budget, CLOSE), rooms)
 
 
 _FOR_EACH = 320  # triangles that one of a start stands for, where that is within the next two

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 
@@ -299,7 +299,6 @@ def _searched(
         starts += looks.surfaces.decimated(budget, room, few)
     judged = run.judged
 
-    @cache
     def detailed(*rooms: Room) -> list[FloatArray]:
         return [] if deadline.limited else looks.surfaces.fine(budget, rooms)
 

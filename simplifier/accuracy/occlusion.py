@@ -11,8 +11,11 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere, hemisphere_directions
 from simplifier.selection.measure import directional_measures
 
-_DIRECTIONS = 64  # even over a hemisphere: the mean then moves by less than half a percent
-_IMAGE = 128  # pixels over the bounding sphere, a side
+DIRECTIONS = 64
+"""Even over a hemisphere: the mean then moves by less than half a percent."""
+
+IMAGE = 128
+"""Pixels over the bounding sphere, a side."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +36,9 @@ def occlusion_measures(
     mesh: TriangleMesh, occluder: Occluder, device: Device = PROCESSOR
 ) -> OcclusionMeasures:
     """Measure both from 64 even directions, in images of 128 pixels a side."""
-    lines = hemisphere_directions(_DIRECTIONS)
-    original, hidden = view_masks(mesh, occluder, lines, _IMAGE, device)
-    pixel = 2.0 * BoundingSphere.of(mesh).radius / _IMAGE
+    lines = hemisphere_directions(DIRECTIONS)
+    original, hidden = view_masks(mesh, occluder, lines, IMAGE, device)
+    pixel = 2.0 * BoundingSphere.of(mesh).radius / IMAGE
     there, here = (float(directional_measures(masks).mean()) for masks in (hidden, original))
     return OcclusionMeasures(
         occluder=there * pixel**3,

@@ -126,8 +126,15 @@ def test_a_turned_lattice_is_the_same_lattice():
     assert np.array_equal(turned, measure.turned(lattice, 3))
 
 
-def test_pictures_of_a_whole_word_give_the_librarys_bytes():
-    mesh = meshes.bumpy_sphere(400)
+def test_what_is_turned_stands_among_its_values():
+    for knob in making.KNOBS:
+        assert knob.default in knob.values
+        assert list(knob.values) == sorted(knob.values)
+
+
+@pytest.mark.parametrize("of", ["sphere", "castle"])
+def test_pictures_of_a_whole_word_give_the_librarys_bytes(of):
+    mesh = meshes.bumpy_sphere(400) if of == "sphere" else meshes.mesh_named("castle")
     options = make_options(2.5, budget=12, resolution=20, moves=800, seed=5)
     expected = simplify_mesh(mesh, options).occluder
     whole = pictures.made_by_pictures(mesh, options, 64)
@@ -153,7 +160,7 @@ def small_knobs(monkeypatch):
     by_name = {knob.name: knob for knob in making.KNOBS}
     return (
         making.Knob("resolution", 64, (8, 64), by_name["resolution"].make),
-        making.Knob("views of refining", 96, (96, 100), by_name["views of refining"].make),
+        making.Knob("views of refining", 144, (144, 150), by_name["views of refining"].make),
     )
 
 
@@ -172,7 +179,7 @@ def test_trials_share_the_default_and_are_judged_alike(small_knobs, tiny, tmp_pa
     assert found[1].by_seed == found[2].by_seed  # the default of either knob
     assert found[0].by_seed != found[1].by_seed
     rows = list(making.verdicts(found))
-    assert [row["compared with"] for row in rows] == [8, 100]
+    assert [row["compared with"] for row in rows] == [8, 150]
     record.write_table(
         tmp_path / "stability_convergence_making_by_value.csv", [one.row for one in found], "me"
     )

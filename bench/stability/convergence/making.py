@@ -17,6 +17,7 @@ from bench.stability.convergence.subjects import Subject
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracies
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.kernels.bit_image import SIZE
 from simplifier.options.stages import Options, make_options
 from simplifier.pipeline import simplify_mesh
 
@@ -29,9 +30,11 @@ Make = Callable[[TriangleMesh, Options, int], Occluder]
 
 @dataclass(frozen=True)
 class Knob:
-    """One thing to make occluders with; ``most`` values ascend past the default.
+    """One thing to make occluders with.
 
-    ``make``  an occluder from a mesh, options and a value of the knob.
+    ``default``  of the preset that is the default.
+    ``values``   ascending, the default among them.
+    ``make``     an occluder from a mesh, options and a value of the knob.
     """
 
     name: str
@@ -83,13 +86,18 @@ def _resolution(options: Options, value: int) -> Options:
     return replace(options, solid=replace(options.solid, resolution=value))
 
 
+_USUAL = make_options(1.0)
+
 KNOBS = (
-    Knob("section directions", 32, (8, 32, 128), _by_options(_directions)),
-    Knob("views of the cut", 48, (12, 48, 192), _by_options(_cut_views)),
-    Knob("views of refining", 96, (24, 48, 96, 192, 384), _by_options(_refine_views)),
-    Knob("pixels of refining", 64, (16, 32, 64), made_by_pictures),
-    Knob("resolution", 64, (32, 64, 128), _by_options(_resolution)),
-)
+    Knob("section directions", _USUAL.sections.directions, (8, 32, 128), _by_options(_directions)),
+    Knob("views of the cut", _USUAL.selection.views, (12, 48, 192), _by_options(_cut_views)),
+    Knob(
+        "views of refining", _USUAL.refine.views, (36, 72, 144, 288, 576),
+        _by_options(_refine_views),
+    ),
+    Knob("pixels of refining", SIZE, (16, 32, 64), made_by_pictures),
+    Knob("resolution", _USUAL.solid.resolution, (32, 64, 128), _by_options(_resolution)),
+)  # fmt: skip
 
 DEFAULT_VALUES = {knob.name: knob.default for knob in KNOBS}
 

@@ -19,17 +19,17 @@ import simplifier
 from bench.stability.convergence.curve import Curve, curves
 from bench.stability.convergence.subjects import Subject
 from simplifier.accuracy.accuracy import view_masks
+from simplifier.accuracy.occlusion import DIRECTIONS, IMAGE
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import hemisphere_directions, random_directions
 from simplifier.selection.measure import directional_measures
 
-DEFAULT_VALUES = {"directions": 64, "random directions": 64, "image": 128}
+DEFAULT_VALUES = {"directions": DIRECTIONS, "random directions": DIRECTIONS, "image": IMAGE}
 
 _SEEDS = 8
 _COUNTS = (8, 16, 32, 64, 128, 256, 512)
 _IMAGES, _FINEST = (32, 64, 128, 256, 512), 1024
-_DIRECTIONS, _IMAGE = 64, 128  # of a report
 _BLOCK = 32  # views whose masks are held at once
 
 Sums = dict[int, FloatArray]
@@ -51,14 +51,14 @@ def measure_curves(subject: Subject) -> Iterator[Curve]:
     def scattered(count: int) -> Callable[[int], FloatArray]:
         return lambda seed: random_directions(count, seed)
 
-    found = {count: means(even(count), _IMAGE) for count in _COUNTS}
+    found = {count: means(even(count), IMAGE) for count in _COUNTS}
     every = found[_COUNTS[-1]].mean(axis=0)
-    yield from _against(subject.name, "directions", _DIRECTIONS, found, every)
-    random = {count: means(scattered(count), _IMAGE) for count in _COUNTS}
-    yield from _against(subject.name, "random directions", _DIRECTIONS, random, every)
-    images = {image: means(even(_DIRECTIONS), image) for image in _IMAGES}
-    finest = means(even(_DIRECTIONS), _FINEST)
-    yield from _against(subject.name, "image", _IMAGE, images, finest)
+    yield from _against(subject.name, "directions", DIRECTIONS, found, every)
+    random = {count: means(scattered(count), IMAGE) for count in _COUNTS}
+    yield from _against(subject.name, "random directions", DIRECTIONS, random, every)
+    images = {image: means(even(DIRECTIONS), image) for image in _IMAGES}
+    finest = means(even(DIRECTIONS), _FINEST)
+    yield from _against(subject.name, "image", IMAGE, images, finest)
 
 
 def turned(directions: FloatArray, seed: int) -> FloatArray:

@@ -2,63 +2,55 @@
 
 from __future__ import annotations
 
+from contextlib import closing
+from dataclasses import replace
+
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.options.stages import Options
+from simplifier.kernels.bit_image import SIZE
+from simplifier.kernels.threads import Ahead
+from simplifier.options.stages import Options, fineness
 from simplifier.pipeline import cut_solid
 from simplifier.progress import Deadline, Stopwatch
-from simplifier.refinement.annealing import RefineViews, by_looks
-from simplifier.refinement.finalists import FineViews, Judge, Outlines
-from simplifier.refinement.search import hidden_share, pull_into, refine
-from simplifier.refinement.second_search import search_again
-from simplifier.refinement.starts import Surfaces
-from simplifier.refinement.thin import thinned
-from simplifier.selection.measure import search_projections, silhouettes
-from simplifier.steps.look import FINE_VIEWS, OUTLINES, narrowed_room
-from simplifier.steps.refine import MUCH_BEGUN
-from simplifier.steps.room import open_room, solid_to_cut
+from simplifier.selection.measure import silhouettes
+from simplifier.steps.look import Looks, look
+from simplifier.steps.refine import improve
+from simplifier.steps.room import open_room, solid_to_cut, with_inner
 from simplifier.steps.solid import solidify
-
-_WHOLE = 64  # pixels a side that the search's pictures have
 
 
 def made_by_pictures(mesh: TriangleMesh, options: Options, pixels: int) -> Occluder:
-    """As the pipeline makes it from a preset that decimates; only the search's pictures differ.
+    """As the pipeline makes it of what has to be searched for; only the search's pictures differ.
 
     ``pixels`` 1 to 64 of a side; 64 give the pipeline's very bytes.
     """
-    watch = Stopwatch()
-    solid = solidify(mesh, options.solid, watch)
+    watch, deadline = Stopwatch(), Deadline.after(None)
+    size = fineness(options.solid.resolution) if options.marks_finely else 1
+    solid = solidify(mesh, options.solid, watch, size=size)
     room = open_room(mesh, solid, options)
-    cut = cut_solid(mesh, solid_to_cut(solid, room), options, watch, Deadline.after(None))
-    margin = room.margin
-    shown = thinned(mesh)
-    original = solid.core.to_grid(shown.vertices) + margin, shown.faces
-    seen_from = by_looks(search_projections(solid, options, options.refine.views, margin))
-    small = shrunk(seen_from, pixels)
-    views = RefineViews(small, silhouettes(*original, small))
-    aims, budget = options.refine, options.selection.budget
-    whole_room, room = room, narrowed_room(room, views, aims.overhang, budget)
-    starts = [pull_into(cut + margin, room)]
-    if hidden_share(cut + margin, whole_room, views, aims) < MUCH_BEGUN:
-        starts += Surfaces(shown, solid.core).decimated(budget, room)
-    outlines = Outlines.of(*original, search_projections(solid, options, OUTLINES, margin))
-    found = refine(starts, room, views, budget, aims, options.seed, outlines=outlines)
-    fine = search_projections(solid, options, FINE_VIEWS, margin)
-    judge = Judge(FineViews.of(*original, fine, outlines), aims.precision, aims.overhang)
-    best = judge.best_of([*found, *starts])
-    better = search_again(found, best, room, views, judge, budget, aims, options.seed)
-    if better is not None:
-        best, room = better
-    bound = room.bound * solid.core.cell_size
-    return Occluder.of(solid.core.to_world(best - margin), bound, watch.timings)
+    if room is None:
+        raise ValueError("triangles that are not moved are not looked at")
+    solid = with_inner(solid, room)
+    looks = in_pixels(look(mesh, solid, room, options, deadline), pixels)
+    cut = cut_solid(mesh, solid_to_cut(solid, room), options, watch, deadline)
+    with closing(Ahead(lambda stopped: looks)) as ahead, watch.stage("refine"):
+        found = improve(cut, mesh, solid, room, ahead, options, watch, deadline)
+    triangles = solid.core.to_world(found.triangles)
+    return Occluder.of(triangles, found.bound * solid.core.cell_size, watch.timings)
+
+
+def in_pixels(looks: Looks, pixels: int) -> Looks:
+    """The same looks, with smaller pictures for the search; what judges it stays as it is."""
+    small = shrunk(looks.views.projections, pixels)
+    originals = silhouettes(*looks.original.mesh, small)
+    return replace(looks, views=replace(looks.views, projections=small, originals=originals))
 
 
 def shrunk(projections: FloatArray, pixels: int) -> FloatArray:
     """The same pictures, ``pixels`` wide in the middle of 64."""
-    scale = pixels / _WHOLE
+    scale = pixels / SIZE
     small = projections * scale
-    small[..., 3] += (1.0 - scale) * _WHOLE / 2.0
+    small[..., 3] += (1.0 - scale) * SIZE / 2.0
     return np.ascontiguousarray(small)

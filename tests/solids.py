@@ -96,6 +96,16 @@ def blob(seed=0, rings=20):
     return TriangleMesh.from_soup(ball.vertices * (1.0 + 0.09 * bumps[:, None]), ball.faces)
 
 
+def hills(side=41):
+    """An open sheet of so many vertices a side, of which planar sections show next to nothing."""
+    x, y = np.meshgrid(*[np.linspace(0.0, 1.0, side)] * 2, indexing="ij")
+    z = 0.06 * (np.sin(7.0 * x + 2.0 * y) + np.sin(9.0 * y - 4.0 * x) + 0.4 * np.cos(23.0 * x * y))
+    place = np.arange(side**2).reshape(side, side)
+    squares = np.stack([place[:-1, :-1], place[1:, :-1], place[1:, 1:], place[:-1, 1:]], axis=-1)
+    points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    return TriangleMesh.from_soup(points, triangles_of(squares.reshape(-1, 4)))
+
+
 def joined(*meshes):
     """All triangles in one mesh."""
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])

@@ -27,7 +27,7 @@ from simplifier.steps.solid import solidify
 from simplifier.voxel import room, voxelize
 from tests.conftest import ASSETS
 from tests.extremes.shapes import SHAPES
-from tests.solids import box, joined, sphere, table
+from tests.solids import box, hills, joined, sphere, table
 
 MESHES = sorted(path.name for path in ASSETS.glob("*") if path.suffix in (".ply", ".glb"))
 
@@ -48,16 +48,6 @@ def check_bound(mesh, result):
     found = deviation(result.occluder, mesh, result.solid.interior)
     assert found <= result.occluder.error_bound
     assert 0.0 < result.occluder.error_bound <= ERROR_VOXELS * result.solid.filled.cell_size
-
-
-def hills():
-    """An open sheet of 3,200 triangles, of which planar sections show next to nothing."""
-    x, y = np.meshgrid(*[np.linspace(0.0, 1.0, 41)] * 2, indexing="ij")
-    z = 0.06 * (np.sin(7.0 * x + 2.0 * y) + np.sin(9.0 * y - 4.0 * x) + 0.4 * np.cos(23.0 * x * y))
-    low = (np.arange(40)[:, None] * 41 + np.arange(40)).ravel()
-    squares = np.stack([low, low + 41, low + 42, low + 1], axis=1)
-    faces = np.concatenate([squares[:, [0, 1, 2]], squares[:, [0, 2, 3]]])
-    return TriangleMesh(np.stack([x, y, z], axis=-1).reshape(-1, 3), faces.astype(np.int32, "C"))
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,10 @@ Garland and Heckbert, "Surface Simplification Using Quadric Error Metrics" (1997
 weighted by area and planes across the open borders.  What differs: nothing protects the topology,
 because an occluder needs none.  Handles close, the sides of a thin part meet and count once, and
 small components vanish, each when its error is the least; so any number of triangles is reached, on
-any input.  And a collapse that would take a face out of the room costs more.
+any input.  A collapse that would take a face out of the room costs more.  And an *outline*, a
+border around all of a sheet, may be firm, because it is the silhouette in nearly all views: there
+the distance to the lines along the border counts as well.  Planes across it lean with the faces
+beside it, and push corners outwards where these rise and fall.
 
 ``vertices`` (n, 3) float64 and ``faces`` (m, 3) int32 are changed in place.  The faces at a vertex
 are a list of corners, 3 * face + place: ``heads`` (n,) int64 the first, ``links`` (3 m,) int64 the
@@ -21,13 +24,17 @@ from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.voxelize import ROOM, is_contained
 
 _BORDER = 10.0  # weight of a plane across a border, in squares of its edge
+_AROUND = 2.0 * np.pi  # of the area: an outline's square; that of a flat sheet has 4 pi or more
 _FOLDED = 100.0  # how much dearer a collapse is that turns a face over
 _FIRMLY = 1e-3  # the pull to the middle where a weaker one lets a vertex leave its edge by far
 _LEAVES = 10.0  # and one that takes a face out of the room; more stops too many
 
 
-@kernel(f"float64[:, :, :], int32[:, :, :], {ROOM}, int64[:], bool[:, :], float64, float64")
-def decimate(states, state_faces, room, budgets, states_alive, to_middle, short):
+@kernel(
+    f"float64[:, :, :], int32[:, :, :], {ROOM}, int64[:], bool[:, :], float64, float64, bool[:], "
+    "float64"
+)
+def decimate(states, state_faces, room, budgets, states_alive, to_middle, short, outline, firmness):
     """Collapse edges until at most as many faces are left as each of the ``budgets`` (b,) allows,
     which fall.
 
@@ -41,8 +48,11 @@ def decimate(states, state_faces, room, budgets, states_alive, to_middle, short)
     ``short``         cost of an edge, a squared voxel of its length.  Without it flat parts, where
                       nothing else costs, collapse into one vertex with thousands of faces, and each
                       collapse walks them all.
+    ``outline``       (n,) bool: vertices of borders that are firm.
+    ``firmness``      weight of the lines along these, in their lengths.
 
-    The smaller both are the nearer is the result; the larger, the more even are its triangles.
+    The smaller ``to_middle`` and ``short`` are the nearer is the result; the larger, the more even
+    are its triangles.
 
     Faces have three different vertices and no two faces the same three.  Cost: n log n, and a
     microsecond a face; what fewer take is on the way.
@@ -50,7 +60,7 @@ def decimate(states, state_faces, room, budgets, states_alive, to_middle, short)
     last = len(budgets) - 1
     vertices, faces, alive = states[last], state_faces[last], states_alive[last]
     heads, links = _corner_lists(faces, len(vertices))
-    quadrics = _quadrics(vertices, faces, heads, links)
+    quadrics = _quadrics(vertices, faces, heads, links, outline, firmness)
     queue = _edges(vertices, faces, heads, links, quadrics, to_middle, short)
     versions = np.zeros(len(vertices), np.int64)  # counts moves; -1 for a vertex that is gone
     moved = np.zeros(len(vertices), np.int64)  # the collapse that moved it last, counted from 1
@@ -98,6 +108,43 @@ def decimate(states, state_faces, room, budgets, states_alive, to_middle, short)
             vertices, faces, heads, links, quadrics, versions, moved, v, cost, u, place, marks,
             mark, offers, queue, to_middle, short,
         )  # fmt: skip
+
+
+@kernel("float64[:, :], int32[:, :], bool[:]")
+def mark_outline(vertices, faces, outline):
+    """Mark the vertices of each border that is long enough to be around all of the faces.
+
+    The square of its length is more than half of what a flat sheet of their area has at least, by
+    the isoperimetric inequality.  ``outline`` (n,) bool is written.
+    """
+    heads, links = _corner_lists(faces, len(vertices))
+    parents = np.arange(len(vertices))
+    lengths = np.zeros(len(vertices))  # of border edges, at their first vertex
+    area = 0.0
+    for face in range(len(faces)):
+        corners = faces[face]
+        nx, ny, nz = _normal(vertices[corners[0]], vertices[corners[1]], vertices[corners[2]])
+        area += 0.5 * np.sqrt(nx * nx + ny * ny + nz * nz)
+        for k in range(3):
+            a, b = corners[k], corners[(k + 1) % 3]
+            if _is_border(faces, heads, links, a, b):
+                p, q = vertices[a], vertices[b]
+                lengths[a] += np.sqrt((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2)
+                parents[_root(parents, a)] = _root(parents, b)
+    around = np.zeros(len(vertices))
+    for vertex in range(len(vertices)):
+        around[_root(parents, vertex)] += lengths[vertex]
+    for vertex in range(len(vertices)):
+        outline[vertex] = around[_root(parents, vertex)] ** 2 > _AROUND * area
+
+
+@inner_kernel
+def _root(parents, vertex):
+    """Of the tree that a vertex is in; halves the way there."""
+    while parents[vertex] != vertex:
+        parents[vertex] = parents[parents[vertex]]
+        vertex = parents[vertex]
+    return vertex
 
 
 @inner_kernel
@@ -233,7 +280,24 @@ def _add_plane(quadric, nx, ny, nz, point, weight):
 
 
 @inner_kernel
-def _quadrics(vertices, faces, heads, links):
+def _add_line(quadric, ex, ey, ez, point, weight):
+    """Add ``weight`` times the squared distance to the line through a point; e has length 1."""
+    along = ex * point[0] + ey * point[1] + ez * point[2]
+    x, y, z = point[0] - along * ex, point[1] - along * ey, point[2] - along * ez
+    quadric[0] += weight * (1.0 - ex * ex)
+    quadric[1] -= weight * ex * ey
+    quadric[2] -= weight * ex * ez
+    quadric[3] += weight * (1.0 - ey * ey)
+    quadric[4] -= weight * ey * ez
+    quadric[5] += weight * (1.0 - ez * ez)
+    quadric[6] -= weight * x
+    quadric[7] -= weight * y
+    quadric[8] -= weight * z
+    quadric[9] += weight * (x * x + y * y + z * z)
+
+
+@inner_kernel
+def _quadrics(vertices, faces, heads, links, outline, firmness):
     """(n, 10) float64: the upper triangle of the symmetric matrix, the vector, the constant."""
     quadrics = np.zeros((len(vertices), 10))
     for face in range(len(faces)):
@@ -247,7 +311,8 @@ def _quadrics(vertices, faces, heads, links):
             a, b = corners[k], corners[(k + 1) % 3]
             _add_plane(quadrics[a], nx, ny, nz, vertices[a], 0.5 * length)
             if _is_border(faces, heads, links, a, b):
-                _add_border(quadrics, vertices, a, b, nx, ny, nz)
+                firm = firmness if outline[a] and outline[b] else 0.0
+                _add_border(quadrics, vertices, a, b, nx, ny, nz, firm)
     return quadrics
 
 
@@ -264,7 +329,7 @@ def _is_border(faces, heads, links, a, b):
 
 
 @inner_kernel
-def _add_border(quadrics, vertices, a, b, nx, ny, nz):
+def _add_border(quadrics, vertices, a, b, nx, ny, nz, firm):
     p, q = vertices[a], vertices[b]
     ex, ey, ez = q[0] - p[0], q[1] - p[1], q[2] - p[2]
     mx, my, mz = ey * nz - ez * ny, ez * nx - ex * nz, ex * ny - ey * nx
@@ -274,6 +339,8 @@ def _add_border(quadrics, vertices, a, b, nx, ny, nz):
     length = np.sqrt(squared)
     for vertex in (a, b):
         _add_plane(quadrics[vertex], mx / length, my / length, mz / length, p, _BORDER * squared)
+        if firm > 0.0:
+            _add_line(quadrics[vertex], ex / length, ey / length, ez / length, p, firm * length)
 
 
 @inner_kernel

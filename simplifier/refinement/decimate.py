@@ -8,7 +8,7 @@ Voxels -> shares: a solid in few cells, for work that need not be as fine as its
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from simplifier.geometry.mesh import FloatArray, IntArray, have_area
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray
-from simplifier.kernels.decimate import decimate
+from simplifier.kernels.decimate import decimate, mark_outline
 from simplifier.kernels.sinking import sink
 from simplifier.kernels.soup_views import all_contained
 from simplifier.refinement.fields import GAUSSIAN, Field, depths_in, smoothed
@@ -33,6 +33,8 @@ class Manner:
 
     to_middle: float
     short: float
+    outline: float = 0.0
+    """Firmness of the outline of a sheet, in longest edges of its box."""
 
 
 EVEN = Manner(1e-3, 1e-3)
@@ -40,6 +42,10 @@ EVEN = Manner(1e-3, 1e-3)
 
 CLOSE = Manner(1e-6, 1e-5)
 """As near to the surface as it gets, for what stays as it is."""
+
+FIRM = (replace(CLOSE, outline=0.5), replace(CLOSE, outline=4.0))
+"""The same of a sheet with an outline: the firmer that is, the fewer triangles are left for the
+sheet within it."""
 
 
 def decimate_into(
@@ -75,13 +81,25 @@ def decimated(
     states = np.repeat(points[None], len(less), axis=0)
     state_faces = np.repeat(corners[None], len(less), axis=0)
     alive = np.empty((len(less), len(corners)), dtype=np.bool_)
+    outline, firmness = np.zeros(len(points), dtype=np.bool_), 0.0
+    if manner.outline > 0.0:
+        outline = outline_of((points, corners))
+        firmness = manner.outline * float(np.ptp(points, axis=0).max())
     decimate(
         states, state_faces, room.voxels, np.array(less, dtype=np.int64), alive, manner.to_middle,
-        manner.short,
+        manner.short, outline, firmness,
     )  # fmt: skip
     found = zip(states, state_faces, alive, strict=True)
     left = [(one, some[is_left]) for one, some, is_left in found]
     return [_without_unused(*one) for one in (*whole, *left)]
+
+
+def outline_of(surface: Surface) -> BoolArray:
+    """(n,) vertices of a border around all of a surface, as of a terrain; of others none."""
+    points, corners = surface
+    outline = np.empty(len(points), dtype=np.bool_)
+    mark_outline(points, corners, outline)
+    return outline
 
 
 def moved_into(points: FloatArray, corners: IntArray, room: Room) -> Surface:

@@ -23,11 +23,13 @@ from simplifier.kernels.thin import border_places, crack_triangles, sum_up_cells
 from simplifier.kernels.threads import run_each
 from simplifier.refinement.decimate import (
     CLOSE,
+    FIRM,
     Surface,
     coarse,
     decimate_into,
     decimated,
     moved_into,
+    outline_of,
 )
 from simplifier.refinement.fields import smoothed
 from simplifier.refinement.reduce import first_faces, reduce_to
@@ -43,12 +45,17 @@ class Surfaces:
     def __init__(self, shown: TriangleMesh, grid: VoxelGrid) -> None:
         self._shown, self._grid = shown, grid
         self._fewer: dict[tuple[str, Room, int], Surface] = {}
-        self._fine: dict[tuple[int, int], FloatArray] = {}
+        self._fine: dict[tuple[int, int], list[FloatArray]] = {}
 
     @property
     def few(self) -> bool:
         """Whether what is shown is so few triangles that all of them are decimated."""
         return len(self._shown.faces) <= _MOST_FINE
+
+    @cached_property
+    def outlined(self) -> bool:
+        """Whether a border is around all of what is shown, as of a terrain."""
+        return bool(outline_of(self._clusters).any())
 
     @cached_property
     def _clusters(self) -> tuple[FloatArray, IntArray]:
@@ -78,9 +85,9 @@ class Surfaces:
         left = {room.limit: room for room in rooms if (budget, room.limit) not in self._fine}
         if left:
             made = fine_starts(self._shown, self._grid, list(left.values()), budget)
-            for room, one in zip(left.values(), made, strict=True):
-                self._fine[budget, room.limit] = _pulled(*one, room)
-        return [self._fine[budget, room.limit] for room in rooms]
+            for room, some in zip(left.values(), made, strict=True):
+                self._fine[budget, room.limit] = [_pulled(*one, room) for one in some]
+        return [one for room in rooms for one in self._fine[budget, room.limit]]
 
 
 def _pulled(vertices: FloatArray, faces: IntArray, room: Room) -> FloatArray:
@@ -103,8 +110,9 @@ def _enclosed(room: Room) -> Surface:
 
 def fine_starts(
     mesh: TriangleMesh, filled: VoxelGrid, rooms: Sequence[Room], budget: int
-) -> list[tuple[FloatArray, IntArray]]:
-    """The mesh itself in at most ``budget`` triangles, thinner than a voxel as it may be, by room.
+) -> list[list[tuple[FloatArray, IntArray]]]:
+    """The mesh itself in at most ``budget`` triangles, thinner than a voxel as it may be: one for
+    each room, several of a sheet with an outline.
 
     The ``rooms`` are one, each up to another limit; ``mesh`` in world units.
 
@@ -113,8 +121,11 @@ def fine_starts(
     """
     if len(mesh.faces) > _MOST_FINE:
         mesh = reduce_to(mesh, min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE))
-    vertices, faces = weld_vertices(mesh, filled)
-    return run_each(lambda room: decimate_into(vertices, faces, room, budget, CLOSE), rooms)
+    surface = weld_vertices(mesh, filled)
+    manners = FIRM if outline_of(surface).any() else (CLOSE,)
+    ways = [(room, manner) for room in rooms for manner in manners]
+    made = run_each(lambda way: decimate_into(*surface, way[0], budget, way[1]), ways)
+    return [made[first : first + len(manners)] for first in range(0, len(made), len(manners))]
 
 
 _FOR_EACH = 320  # triangles that one of a start stands for, where that is within the next two

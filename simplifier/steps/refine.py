@@ -26,7 +26,6 @@ from simplifier.refinement.second_search import (
     search_again,
     search_with_fewer,
 )
-from simplifier.refinement.starts import Surfaces
 from simplifier.refinement.trim import is_worth_cutting, trimmed
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections
@@ -197,6 +196,12 @@ class _Run:
         return cls(start, looks, options, decimated, several, deadline, tell, cancelled)
 
     @cached_property
+    def simple(self) -> bool:
+        """Whether the mesh in full detail is judged whatever searches find: of few triangles that
+        takes next to no time, and of a sheet with an outline it mostly is best."""
+        return self.looks.surfaces.few or (self.decimated and self.looks.surfaces.outlined)
+
+    @cached_property
     def outlines(self) -> Outlines | None:
         """None where the search's own views have to do."""
         least = _OUTLINED_SECONDS * max(self.options.selection.budget / MANY, 1.0)
@@ -307,10 +312,12 @@ def _searched(
         return detailed(room, looks.room)
 
     # Of simple meshes it may leave nothing to search for.
-    for one in detailed(looks.room) if judged and looks.surfaces.few else []:
-        if run.judge.worth(one) >= FLAWLESS:
+    if judged and run.simple and (whole := detailed(looks.room)):
+        worths = run.judge.worths(whole)
+        if max(worths) >= FLAWLESS:
             words = "The mesh in fewer triangles hides nearly all of it, so nothing was searched."
-            return [], Refined(one, looks.room.bound, words), False
+            best = whole[worths.index(max(worths))]
+            return [], Refined(best, looks.room.bound, words), False
     first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))
     found = refine(
         starts, room, views, budget, aims, seed, run.tell(begin, first if run.divided else end),
@@ -322,7 +329,7 @@ def _searched(
         return [], Refined((found or starts)[0], room.bound, searched), False
     judge = run.judge
     # The mesh itself in full detail may be best, which no search has begun with.
-    if budget <= MANY and _asks_for_detail(looks.surfaces, found, starts, judge):
+    if budget <= MANY and _asks_for_detail(run.simple, found, starts, judge):
         best = judge.best_of([*found, *starts], lambda: detailed(looks.room), 1.0)
     else:
         best = judge.best_of([*found, *starts], spare, MUCH if budget <= MANY else 1.0)
@@ -364,17 +371,17 @@ def _searched(
 
 
 def _asks_for_detail(
-    surfaces: Surfaces, found: Sequence[FloatArray], starts: Sequence[FloatArray], judge: Judge
+    simple: bool, found: Sequence[FloatArray], starts: Sequence[FloatArray], judge: Judge
 ) -> bool:
-    """Whether the mesh in full detail may be best where what was found is good: of few triangles,
-    where it takes next to no time to find out, of what is smooth and has no start but sections, or
-    where a start is better than what searches made of it."""
+    """Whether the mesh in full detail may be best where what was found is good: of a simple mesh,
+    of what is smooth and has no start but sections, or where a start is better than what searches
+    made of it."""
     worths = judge.worths([*starts, *found])
     before, after = max(worths[: len(starts)]), max(worths[len(starts) :], default=0.0)
     if max(before, after) < MUCH:
         return False
     smooth = after >= _SMOOTH and len(starts) == 1
-    return surfaces.few or smooth or before > after
+    return simple or smooth or before > after
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from itertools import combinations
 
 import numpy as np
@@ -11,21 +12,24 @@ from hypothesis import strategies as st
 
 from simplifier.geometry.room import Room
 from simplifier.kernels import decimate as decimation
-from simplifier.kernels.decimate import decimate
+from simplifier.kernels.decimate import decimate, mark_outline
 from simplifier.kernels.voxelize import is_contained
 from tests.solids import sphere
 
 SIZE = 12  # voxels a side
 EVEN, CLOSE = (1e-3, 1e-3), (1e-6, 1e-5)  # pull to the middle, and cost of an edge
+FREE = None, 0.0  # vertices of a firm border, and how firm it is
 
 
-def collapsed(points, faces, allowed, budget, manner=EVEN):
+def collapsed(points, faces, allowed, budget, manner=EVEN, firm=FREE):
     """The corners of what is left, as a sorted array (k, 3, 3)."""
     states, state_faces = points[None].copy(), faces[None].copy()
     states_alive = np.zeros((1, len(faces)), np.bool_)
+    outline = np.zeros(len(points), np.bool_) if firm[0] is None else firm[0]
     decimate(
-        states, state_faces, Room.of(allowed).voxels, np.array([budget]), states_alive, *manner
-    )
+        states, state_faces, Room.of(allowed).voxels, np.array([budget]), states_alive, *manner,
+        outline, firm[1],
+    )  # fmt: skip
     (points,), (faces,), (alive,) = states, state_faces, states_alive
     assert np.count_nonzero(alive) <= max(budget, 0)
     kept = np.sort(faces[alive], axis=1)
@@ -39,7 +43,8 @@ def plane(normal, point):
     return np.outer(row, row)
 
 
-def plain_quadrics(points, faces):
+def plain_quadrics(points, faces, firm):
+    outline, firmness = firm
     quadrics = np.zeros((len(points), 4, 4))
     for face in faces:
         p, q, r = points[face]
@@ -56,6 +61,11 @@ def plain_quadrics(points, faces):
             across = np.cross(edge, normal)
             across /= np.linalg.norm(across)
             quadrics[[a, b]] += decimation._BORDER * (edge @ edge) * plane(across, points[a])
+            if outline is not None and outline[a] and outline[b]:
+                length = np.linalg.norm(edge)
+                aside = np.cross(edge, across) / length
+                line = plane(across, points[a]) + plane(aside, points[a])
+                quadrics[[a, b]] += firmness * length * line
     return quadrics
 
 
@@ -89,8 +99,8 @@ def plain_weight(points, faces, u, v, place, allowed):
     return (decimation._FOLDED if folds else 1.0) * (decimation._LEAVES if leaves else 1.0)
 
 
-def plain_decimate(points, faces, allowed, budget, manner):
-    points, quadrics = points.copy(), plain_quadrics(points, faces)
+def plain_decimate(points, faces, allowed, budget, manner, firm):
+    points, quadrics = points.copy(), plain_quadrics(points, faces, firm)
     faces = {frozenset(face) for face in faces.tolist()}
     costs = {}  # of each edge, and whether its faces were looked at
     while len(faces) > budget:
@@ -132,16 +142,94 @@ def soups(draw):
 
 
 @settings(max_examples=60)
-@given(soups(), st.integers(0, 12), st.integers(0, 3), st.sampled_from([EVEN, CLOSE]))
-def test_as_the_plain_one(soup, budget, closed, manner):
+@given(
+    soups(), st.integers(0, 12), st.integers(0, 3), st.sampled_from([EVEN, CLOSE]),
+    st.sampled_from([0.0, 30.0, 900.0]),
+)  # fmt: skip
+def test_as_the_plain_one(soup, budget, closed, manner, firmness):
     points, faces = soup
     allowed = np.ones((SIZE,) * 3, np.bool_)
     allowed[: 3 * closed] = False
+    firm = np.arange(len(points)) % 3 > 0, firmness
     assert np.allclose(
-        outlines(*collapsed(points, faces, allowed, budget, manner)),
-        outlines(*plain_decimate(points, faces, allowed, budget, manner)),
+        outlines(*collapsed(points, faces, allowed, budget, manner, firm)),
+        outlines(*plain_decimate(points, faces, allowed, budget, manner, firm)),
         atol=2e-5,
     )
+
+
+def plain_outline(points, faces):
+    """By walking from vertex to vertex along edges that one face alone has."""
+    area = sum(
+        np.linalg.norm(np.cross(q - p, r - p)) / 2.0 for p, q, r in points[faces]
+    )  # fmt: skip
+    count = Counter(frozenset(edge) for face in faces.tolist() for edge in combinations(face, 2))
+    border = [tuple(edge) for edge, times in count.items() if times == 1]
+    outline, waiting = np.zeros(len(points), np.bool_), set(range(len(points)))
+    while waiting:
+        reached = [waiting.pop()]
+        for vertex in reached:
+            for other in {b for edge in border if vertex in edge for b in edge} & waiting:
+                waiting.remove(other)
+                reached.append(other)
+        length = sum(np.linalg.norm(points[a] - points[b]) for a, b in border if a in reached)
+        outline[reached] = length**2 > 2.0 * np.pi * area
+    return outline
+
+
+def marked(points, faces):
+    outline = np.empty(len(points), np.bool_)
+    mark_outline(points, np.ascontiguousarray(faces), outline)
+    return outline
+
+
+@settings(max_examples=60)
+@given(soups())
+def test_outlines_as_the_plain_ones(soup):
+    assert np.array_equal(marked(*soup), plain_outline(*soup))
+
+
+def net(rows, columns):
+    """A level sheet of unit squares in two triangles each, and which vertices are on its edge."""
+    points = np.array(list(np.ndindex(rows, columns, 1)), dtype=np.float64)
+    place = np.arange(len(points), dtype=np.int32).reshape(rows, columns)
+    p, q, r, s = (
+        part.ravel() for part in (place[:-1, :-1], place[1:, :-1], place[1:, 1:], place[:-1, 1:])
+    )
+    faces = np.concatenate([np.stack([p, q, r], axis=1), np.stack([p, r, s], axis=1)])
+    around = np.ones((rows, columns), np.bool_)
+    around[1:-1, 1:-1] = False
+    return points, faces, around.ravel()
+
+
+def test_an_outline_is_around_all_of_it():
+    points, faces, around = net(9, 9)
+    assert np.array_equal(marked(points, faces), around)
+    whole = np.delete(faces, [36, 100], axis=0)  # a hole, whose border is short
+    assert np.array_equal(marked(points, whole), around)
+    ball = sphere(3.0, rings=10)
+    points, place = np.unique(ball.vertices.round(6), axis=0, return_inverse=True)
+    faces = place.reshape(-1)[ball.faces].astype(np.int32)
+    assert not marked(points, faces).any()
+    assert not marked(points, faces[8:]).any()
+
+
+def test_an_outline_that_is_firm_stays():
+    """A sheet of small squares in waves; firm, few triangles have the square that it is above."""
+    points, faces, around = net(41, 41)
+    points = points / 4.0 + 1.0
+    points[:, 2] += 0.3 * np.sin(points[:, 0]) + 0.4 * np.cos(1.7 * points[:, 1])
+    allowed = np.ones((SIZE,) * 3, np.bool_)
+
+    def off(firmness):
+        """The area that is lost or added, of a hundred."""
+        left, corners = collapsed(points, faces, allowed, 24, CLOSE, (around, firmness))
+        seen = left[corners][:, :, :2]
+        lost = 100.0 - np.abs(np.linalg.det(seen[:, 1:] - seen[:, :1])).sum() / 2.0
+        beside = ((seen < 0.9) | (seen > 11.1)).any()
+        return np.inf if beside else abs(lost)
+
+    assert off(300.0) < 0.2 < 0.5 < off(0.0)
 
 
 @settings(max_examples=60)

@@ -48,6 +48,7 @@ _SHEET = 0.01  # of the solid: what a sheet may enclose
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _OUTLINED_SECONDS = 0.2  # for finer pictures of up to 64 triangles, in which overhang is judged
 _JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
+_DETAILED_SECONDS = 0.15  # and for the mesh in full detail, which takes up to half of that
 _SHEET_SECONDS = 0.02  # of a sheet, of which a search in so little time may leave next to nothing
 _HURRIED = 0.4  # of such a limit, for judging
 
@@ -201,6 +202,14 @@ class _Run:
         takes next to no time, and of a sheet with an outline it mostly is best."""
         return self.looks.surfaces.few or (self.decimated and self.looks.surfaces.outlined)
 
+    @property
+    def in_detail(self) -> bool:
+        """Whether there is time for the mesh in full detail, of which a time limit allows simple
+        ones alone."""
+        if not self.deadline.limited:
+            return True
+        return self.deadline.left > _DETAILED_SECONDS and self.simple
+
     @cached_property
     def outlines(self) -> Outlines | None:
         """None where the search's own views have to do."""
@@ -303,16 +312,18 @@ def _searched(
         few = budget // PART if run.divided and budget <= MANY else 0
         starts += looks.surfaces.decimated(budget, room, few)
     judged = run.judged
+    in_detail = judged and run.in_detail
 
     def detailed(*rooms: Room) -> list[FloatArray]:
-        return [] if deadline.limited else looks.surfaces.fine(budget, rooms)
+        return looks.surfaces.fine(budget, rooms) if in_detail else []
 
     def spare() -> list[FloatArray]:
         """What is thin sticks out by little, however far it is moved: all of the room is for it."""
         return detailed(room, looks.room)
 
     # Of simple meshes it may leave nothing to search for.
-    if judged and run.simple and (whole := detailed(looks.room)):
+    if in_detail and run.simple:
+        whole = detailed(looks.room)
         worths = run.judge.worths(whole)
         if max(worths) >= FLAWLESS:
             words = "The mesh in fewer triangles hides nearly all of it, so nothing was searched."

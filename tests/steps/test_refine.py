@@ -258,7 +258,8 @@ def test_where_fewer_triangles_hide_nearly_all_nothing_is_searched(monkeypatch):
     check_triangles(made.occluder, 64)
 
 
-def test_of_a_sheet_with_an_outline_nothing_is_searched_where_it_hides_nearly_all(monkeypatch):
+@pytest.mark.parametrize("how", [{}, {"preset": "draft"}, {"time_limit": 60.0}], ids=str)
+def test_of_a_sheet_with_an_outline_nothing_is_searched_where_it_hides_nearly_all(monkeypatch, how):
     """A search left 98.7 % of it, in ten times the time."""
 
     def refine(*given):
@@ -266,7 +267,7 @@ def test_of_a_sheet_with_an_outline_nothing_is_searched_where_it_hides_nearly_al
 
     monkeypatch.setattr("simplifier.steps.refine.refine", refine)
     mesh = hills(120)
-    made = run(mesh, budget=128, up="z")
+    made = run(mesh, budget=128, up="z", **how)
     assert made.decisions[-1].endswith("hides nearly all of it, so nothing was searched.")
     report = evaluate_accuracy(mesh, made.occluder, AccuracyOptions(64, 128, exact=True))
     assert report.recall >= 0.996

@@ -304,7 +304,7 @@ def _searched(
 ) -> tuple[list[FloatArray], Refined, bool]:
     """What searches have found, where that was judged; the best; and whether fewer triangles may
     do better."""
-    aims, seed, deadline = run.options.refine, run.options.seed, run.deadline
+    aims, seed = run.options.refine, run.options.seed
     looks, views = run.looks, run.looks.views
     room = looks.room_for(budget)
     starts = [pull_into(run.start, room)]

@@ -24,7 +24,7 @@ from simplifier.kernels.compiled.kernel import inner_kernel, kernel
 from simplifier.kernels.voxelize import ROOM, is_contained
 
 _BORDER = 10.0  # weight of a plane across a border, in squares of its edge
-_AROUND = 2.0 * np.pi  # of the area: an outline's square; that of a flat sheet has 4 pi or more
+_AROUND = 4.0  # times the area: the square of an outline; that of a flat sheet has 4 pi or more
 _FOLDED = 100.0  # how much dearer a collapse is that turns a face over
 _FIRMLY = 1e-3  # the pull to the middle where a weaker one lets a vertex leave its edge by far
 _LEAVES = 10.0  # and one that takes a face out of the room; more stops too many
@@ -114,8 +114,9 @@ def decimate(states, state_faces, room, budgets, states_alive, to_middle, short,
 def mark_outline(vertices, faces, outline):
     """Mark the vertices of each border that is long enough to be around all of the faces.
 
-    The square of its length is more than half of what a flat sheet of their area has at least, by
-    the isoperimetric inequality.  ``outline`` (n,) bool is written.
+    The square of its length is more than a third of what a flat sheet of their area has at least,
+    by the isoperimetric inequality; a box without a lid has less.  ``outline`` (n,) bool is
+    written.
     """
     heads, links = _corner_lists(faces, len(vertices))
     parents = np.arange(len(vertices))

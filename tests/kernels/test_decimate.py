@@ -173,7 +173,7 @@ def plain_outline(points, faces):
                 waiting.remove(other)
                 reached.append(other)
         length = sum(np.linalg.norm(points[a] - points[b]) for a, b in border if a in reached)
-        outline[reached] = length**2 > 2.0 * np.pi * area
+        outline[reached] = length**2 > 4.0 * area
     return outline
 
 

@@ -61,7 +61,7 @@ def plain_quadrics(points, faces, firm):
             across = np.cross(edge, normal)
             across /= np.linalg.norm(across)
             quadrics[[a, b]] += decimation._BORDER * (edge @ edge) * plane(across, points[a])
-            if outline is not None and outline[a] and outline[b]:
+            if outline[a] and outline[b]:
                 length = np.linalg.norm(edge)
                 aside = np.cross(edge, across) / length
                 line = plane(across, points[a]) + plane(aside, points[a])
@@ -160,9 +160,7 @@ def test_as_the_plain_one(soup, budget, closed, manner, firmness):
 
 def plain_outline(points, faces):
     """By walking from vertex to vertex along edges that one face alone has."""
-    area = sum(
-        np.linalg.norm(np.cross(q - p, r - p)) / 2.0 for p, q, r in points[faces]
-    )  # fmt: skip
+    area = sum(np.linalg.norm(np.cross(q - p, r - p)) / 2.0 for p, q, r in points[faces])
     count = Counter(frozenset(edge) for face in faces.tolist() for edge in combinations(face, 2))
     border = [tuple(edge) for edge, times in count.items() if times == 1]
     outline, waiting = np.zeros(len(points), np.bool_), set(range(len(points)))
@@ -258,14 +256,9 @@ def test_sphere_stays_a_sphere():
 
 
 def test_flat_square_needs_two_triangles_and_keeps_its_corners():
-    lattice = np.array(list(np.ndindex(6, 6, 1)), dtype=np.float64) + 3.0
-    place = np.arange(36, dtype=np.int32).reshape(6, 6)
-    p, q, r, s = (
-        x.ravel() for x in (place[:-1, :-1], place[1:, :-1], place[1:, 1:], place[:-1, 1:])
-    )
-    faces = np.concatenate([np.stack([p, q, r], axis=1), np.stack([p, r, s], axis=1)])
+    lattice, faces, _ = net(6, 6)
     allowed = np.ones((SIZE,) * 3, np.bool_)
-    points, faces = collapsed(lattice, faces, allowed, 2)
+    points, faces = collapsed(lattice + 3.0, faces, allowed, 2)
     corners = points[np.unique(faces)]
     assert len(faces) == 2
     assert np.allclose(corners.min(axis=0), 3.0, atol=0.1)

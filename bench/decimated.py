@@ -115,7 +115,7 @@ def decimators(scenes: Sequence[Scene]) -> None:
 
 
 def _here(scene: Scene, points: FloatArray, faces: NDArray[np.int64]) -> Surface:
-    moved, corners = decimated(points, faces.astype(np.int32), scene.room, [64])[0]
+    moved, corners = decimated(points, faces.astype(np.int32), scene.room, 64)
     return moved - scene.room.margin, corners
 
 

@@ -30,35 +30,26 @@ _FIRMLY = 1e-3  # the pull to the middle where a weaker one lets a vertex leave 
 _LEAVES = 10.0  # and one that takes a face out of the room; more stops too many
 
 
-@kernel(
-    f"float64[:, :, :], int32[:, :, :], {ROOM}, int64[:], bool[:, :], float64, float64, bool[:], "
-    "float64"
-)
-def decimate(states, state_faces, room, budgets, states_alive, to_middle, short, outline, firmness):
-    """Collapse edges until at most as many faces are left as each of the ``budgets`` (b,) allows,
-    which fall.
+@kernel(f"float64[:, :], int32[:, :], {ROOM}, int64, bool[:], float64, float64, bool[:], float64")
+def decimate(vertices, faces, room, budget, alive, to_middle, short, outline, firmness):
+    """Collapse edges until at most ``budget`` faces are left, which ``alive`` (m,) bool tells.
 
-    ``states``        (b, n, 3) float64 vertices, ``state_faces`` (b, m, 3) int32 and
-                      ``states_alive`` (b, m) bool: of each budget in turn.  The last ones hold what
-                      is to be decimated.
-    ``room``          where faces should be, as :func:`~.voxelize.is_contained` takes it: a collapse
-                      that leaves it waits longer.
-    ``to_middle``     pull towards the middle of the edge, in what the planes weigh together: where
-                      all of them agree nothing else says where along them the vertex is to be.
-    ``short``         cost of an edge, a squared voxel of its length.  Without it flat parts, where
-                      nothing else costs, collapse into one vertex with thousands of faces, and each
-                      collapse walks them all.
-    ``outline``       (n,) bool: vertices of borders that are firm.
-    ``firmness``      weight of the lines along these, in their lengths.
+    ``room``       where faces should be, as :func:`~.voxelize.is_contained` takes it: a collapse
+                   that leaves it waits longer.
+    ``to_middle``  pull towards the middle of the edge, in what the planes weigh together: where all
+                   of them agree nothing else says where along them the vertex is to be.
+    ``short``      cost of an edge, a squared voxel of its length.  Without it flat parts, where
+                   nothing else costs, collapse into one vertex with thousands of faces, and each
+                   collapse walks them all.
+    ``outline``    (n,) bool: vertices of borders that are firm.
+    ``firmness``   weight of the lines along these, in their lengths.
 
     The smaller ``to_middle`` and ``short`` are the nearer is the result; the larger, the more even
     are its triangles.
 
     Faces have three different vertices and no two faces the same three.  Cost: n log n, and a
-    microsecond a face; what fewer take is on the way.
+    microsecond a face.
     """
-    last = len(budgets) - 1
-    vertices, faces, alive = states[last], state_faces[last], states_alive[last]
     heads, links = _corner_lists(faces, len(vertices))
     quadrics = _quadrics(vertices, faces, heads, links, outline, firmness)
     queue = _edges(vertices, faces, heads, links, quadrics, to_middle, short)
@@ -69,16 +60,8 @@ def decimate(states, state_faces, room, budgets, states_alive, to_middle, short,
     place = np.zeros(3)
     for face in range(len(faces)):
         alive[face] = True
-    count, step, mark, reached = len(faces), 0, 0, 0
-    while True:
-        while reached <= last and count <= budgets[reached]:
-            if reached < last:
-                states[reached] = vertices
-                state_faces[reached] = faces
-                states_alive[reached] = alive
-            reached += 1
-        if reached > last:
-            return
+    count, step, mark = len(faces), 0, 0
+    while count > budget:
         cost, u, v, stamp = heappop(queue)
         # What was weighed already has the complement of its stamp.
         version = stamp if stamp >= 0 else ~stamp

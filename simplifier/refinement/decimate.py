@@ -7,7 +7,6 @@ Voxels -> shares: a solid in few cells, for work that need not be as fine as its
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
@@ -33,7 +32,7 @@ class Manner:
 
     to_middle: float
     short: float
-    outline: float = 0.0
+    firm: float = 0.0
     """Firmness of the outline of a sheet, in longest edges of its box."""
 
 
@@ -43,55 +42,55 @@ EVEN = Manner(1e-3, 1e-3)
 CLOSE = Manner(1e-6, 1e-5)
 """As near to the surface as it gets, for what stays as it is."""
 
-FIRM = (replace(CLOSE, outline=0.5), replace(CLOSE, outline=4.0))
+FIRM = (replace(CLOSE, firm=0.5), replace(CLOSE, firm=4.0))
 """The same of a sheet with an outline: the firmer that is, the fewer triangles are left for the
 sheet within it."""
 
 
 def decimate_into(
-    vertices: FloatArray, faces: IntArray, room: Room, budget: int, manner: Manner = EVEN
-) -> tuple[FloatArray, IntArray]:
+    vertices: FloatArray,
+    faces: IntArray,
+    room: Room,
+    budget: int,
+    manner: Manner = EVEN,
+    outline: BoolArray | None = None,
+) -> Surface:
     """At most ``budget`` (1 or more) triangles near a surface; grid space.
 
-    ``vertices`` (n, 3), ``faces`` (m, 3) with no vertex twice in a face and no face twice.
-    Faces keep to the ``room`` where they can; those that do not share no vertex with others, so
-    that the caller may shrink or drop them.
+    ``vertices`` (n, 3), ``faces`` (m, 3) with no vertex twice in a face and no face twice, and its
+    ``outline`` (n,) where the manner is firm.  Faces keep to the ``room`` where they can; those
+    that do not share no vertex with others, so that the caller may shrink or drop them.
 
     Returns ``vertices`` (k, 3) float64, all used and none outside the room's cells, and ``faces``
     int32, none without area.
     """
-    return moved_into(*decimated(vertices, faces, room, [budget], manner)[0], room)
+    points, corners = decimated(vertices, faces, room, budget, manner, outline)
+    points = np.clip(sunk(points, corners, room), 0.0, np.array(room.shape, np.float64))
+    points, corners = _detach(points, corners[have_area(points[corners])], room)
+    return points - room.margin, corners
 
 
 def decimated(
     vertices: FloatArray,
     faces: IntArray,
     room: Room,
-    budgets: Sequence[int],
+    budget: int,
     manner: Manner = EVEN,
-) -> list[Surface]:
-    """At most as many triangles as each of the ``budgets``, which fall, near a surface; as of
-    :func:`decimate_into`, but in the place of the room and not moved into it yet."""
+    outline: BoolArray | None = None,
+) -> Surface:
+    """As of :func:`decimate_into`, but in the place of the room and not moved into it."""
     points = np.ascontiguousarray(vertices + room.margin, dtype=np.float64)
     corners = np.array(faces, dtype=np.int32)
-    less = [budget for budget in budgets if budget < len(corners)]
-    whole = [(points, corners)] * (len(budgets) - len(less))
-    if not less:
-        return [_without_unused(*one) for one in whole]
-    states = np.repeat(points[None], len(less), axis=0)
-    state_faces = np.repeat(corners[None], len(less), axis=0)
-    alive = np.empty((len(less), len(corners)), dtype=np.bool_)
-    outline, firmness = np.zeros(len(points), dtype=np.bool_), 0.0
-    if manner.outline > 0.0:
-        outline = outline_of((points, corners))
-        firmness = manner.outline * float(np.ptp(points, axis=0).max())
-    decimate(
-        states, state_faces, room.voxels, np.array(less, dtype=np.int64), alive, manner.to_middle,
-        manner.short, outline, firmness,
-    )  # fmt: skip
-    found = zip(states, state_faces, alive, strict=True)
-    left = [(one, some[is_left]) for one, some, is_left in found]
-    return [_without_unused(*one) for one in (*whole, *left)]
+    alive = np.ones(len(corners), dtype=np.bool_)
+    if len(corners) > budget:
+        if outline is None:
+            outline = np.zeros(len(points), dtype=np.bool_)
+        firmness = manner.firm * float(np.ptp(points, axis=0).max())
+        decimate(
+            points, corners, room.voxels, budget, alive, manner.to_middle, manner.short, outline,
+            firmness,
+        )  # fmt: skip
+    return _without_unused(points, corners[alive])
 
 
 def outline_of(surface: Surface) -> BoolArray:
@@ -100,13 +99,6 @@ def outline_of(surface: Surface) -> BoolArray:
     outline = np.empty(len(points), dtype=np.bool_)
     mark_outline(points, corners, outline)
     return outline
-
-
-def moved_into(points: FloatArray, corners: IntArray, room: Room) -> Surface:
-    """What :func:`decimated` gave, as :func:`decimate_into` says."""
-    points = np.clip(sunk(points, corners, room), 0.0, np.array(room.shape, np.float64))
-    points, corners = _detach(points, corners[have_area(points[corners])], room)
-    return points - room.margin, corners
 
 
 def _detach(points: FloatArray, faces: IntArray, room: Room) -> tuple[FloatArray, IntArray]:

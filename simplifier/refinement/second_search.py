@@ -1,15 +1,15 @@
-"""Triangles that stick out too much -> others, found in less room or with fewer triangles."""
+"""Triangles that stick out too much -> others, found in less room."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.room import SURFACE, Room
 from simplifier.kernels.threads import run_each
 from simplifier.options.stages import RefineOptions
-from simplifier.progress import Best, Deadline
+from simplifier.progress import Deadline
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import Judge
 from simplifier.refinement.search import Stop, pull_into, refine
@@ -17,18 +17,11 @@ from simplifier.refinement.search import Stop, pull_into, refine
 _FAULTS = 0.12  # of recall, that what was found has to lose by its faults
 _MOVES = 0.75  # of those of the first search
 _MOST_MOVES = 30_000  # more gain nothing
-_FEWER_MOVES = 0.35  # where there are fewer triangles
-_DOUBTFUL = 0.08  # of recall: faults that make a search with fewer triangles worth its time
-_SUFFICES = 0.5  # of recall: below it, that many triangles never do
-_FORESEEN = 0.4  # of a search with fewer triangles, when it tells whether it may do as well
-_HOPEFUL = 0.6  # of the recall of what is chosen, that it then has at least: others had 0.5
+_DOUBTFUL = 0.08  # of recall: faults that make fewer triangles worth a try
 
 
 FLAWLESS = 0.99
 """Of recall less faults: what is worth that much leaves next to nothing to gain."""
-
-PART = 4
-"""By which the triangles are divided where fewer are tried."""
 
 
 def search_again(
@@ -82,44 +75,3 @@ def is_doubtful(found: Sequence[FloatArray], chosen: FloatArray, judge: Judge) -
     if not any(chosen is one for one in found):
         return True
     return max(map(judge.recall, found)) - judge.worth(chosen) >= _DOUBTFUL
-
-
-def search_with_fewer(
-    begin: Callable[[int], Sequence[FloatArray]],
-    found: Sequence[FloatArray],
-    chosen: FloatArray,
-    room: Room,
-    views: RefineViews,
-    judge: Judge,
-    budget: int,
-    options: RefineOptions,
-    seed: int,
-    stop: Stop = lambda share, measure, best: False,
-    deadline: Deadline | None = None,
-) -> FloatArray | None:
-    """Triangles (m, 3, 3), a quarter of the ``budget`` at most, that are better than those
-    ``chosen`` and hide no less; None where a search from what ``begin`` makes of so many finds
-    none, or is not worth its time.
-
-    Of a smooth sheet each triangle more is one more that may stick out, and by some seeds all that
-    a search had found was worth less than with fewer.  So a budget should not be spent for its own
-    sake.  Where many parts are to be hidden fewer triangles never do, and are not tried or soon
-    given up.
-    """
-    if judge.worth(chosen) < _SUFFICES or not is_doubtful(found, chosen, judge):
-        return None
-    few, fewer = budget // PART, replace(options, moves=round(_FEWER_MOVES * options.moves))
-    hopeful = None
-
-    def ends(share: float, measure: float, best: Best) -> bool:
-        nonlocal hopeful
-        if share >= _FORESEEN and hopeful is None:
-            hopeful = judge.recall(best()) >= _HOPEFUL * judge.recall(chosen)
-        return stop(share, measure, best) or hopeful is False
-
-    again = refine(begin(few), room, views, few, fewer, seed, ends, deadline, judge.views.outlines)
-    if hopeful is False:
-        return None
-    hides = [one for one in again if judge.recall(one) >= judge.recall(chosen)]
-    best = judge.best_of([chosen, *hides])
-    return best if any(best is one for one in hides) else None

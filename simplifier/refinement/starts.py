@@ -27,8 +27,6 @@ from simplifier.refinement.decimate import (
     Surface,
     coarse,
     decimate_into,
-    decimated,
-    moved_into,
     outline_of,
 )
 from simplifier.refinement.fields import smoothed
@@ -44,7 +42,6 @@ class Surfaces:
 
     def __init__(self, shown: TriangleMesh, grid: VoxelGrid) -> None:
         self._shown, self._grid = shown, grid
-        self._fewer: dict[tuple[str, Room, int], Surface] = {}
         self._fine: dict[tuple[int, int], list[FloatArray]] = {}
 
     @property
@@ -62,21 +59,13 @@ class Surfaces:
         """Which are decimated to any number of triangles."""
         return cluster_vertices(self._shown, self._grid)
 
-    def decimated(self, budget: int, room: Room, fewer: int = 0) -> list[FloatArray]:
+    def decimated(self, budget: int, room: Room) -> list[FloatArray]:
         """The solid's surface, and the mesh in cells of voxels: soups (m, 3, 3) in the place of the
-        ``room``, m at most the budget.
-
-        ``fewer``  triangles that may be asked for next, in the same room: decimating passes them.
-        """
+        ``room``, m at most the budget."""
 
         def begin(of: str) -> FloatArray:
-            known = self._fewer.pop((of, room, budget), None)
-            if known is None:
-                surface = _enclosed(room) if of == "solid" else self._clusters
-                known, *others = decimated(*surface, room, [budget, fewer] if fewer else [budget])
-                for other in others:
-                    self._fewer[of, room, fewer] = other
-            return _pulled(*moved_into(*known, room), room)
+            surface = _enclosed(room) if of == "solid" else self._clusters
+            return _pulled(*decimate_into(*surface, room, budget), room)
 
         return run_each(begin, ("solid", "mesh"))
 
@@ -122,9 +111,10 @@ def fine_starts(
     if len(mesh.faces) > _MOST_FINE:
         mesh = reduce_to(mesh, min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE))
     surface = weld_vertices(mesh, filled)
-    manners = FIRM if outline_of(surface).any() else (CLOSE,)
+    outline = outline_of(surface)
+    manners = FIRM if outline.any() else (CLOSE,)
     ways = [(room, manner) for room in rooms for manner in manners]
-    made = run_each(lambda way: decimate_into(*surface, way[0], budget, way[1]), ways)
+    made = run_each(lambda way: decimate_into(*surface, way[0], budget, way[1], outline), ways)
     return [made[first : first + len(manners)] for first in range(0, len(made), len(manners))]
 
 

@@ -19,13 +19,7 @@ from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.finalists import MUCH, OUTLINE, Judge, Outlines
 from simplifier.refinement.search import Stop, hidden_share, pull_into, refine
-from simplifier.refinement.second_search import (
-    FLAWLESS,
-    PART,
-    is_doubtful,
-    search_again,
-    search_with_fewer,
-)
+from simplifier.refinement.second_search import FLAWLESS, is_doubtful, search_again
 from simplifier.refinement.trim import is_worth_cutting, trimmed
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections
@@ -36,13 +30,14 @@ MUCH_BEGUN = 0.5
 
 _SEALING_VIEWS = 4096  # in which nothing may stick out of an open mesh that is kept inside
 _CLEAN_VIEWS = 896  # in a row, after which no others are looked at
-_LEAST = 32  # of a budget of many that is divided
+_PART = 4  # by which a budget of many is divided where fewer triangles are tried
+_LEAST = 32  # that are then left, at least
 _LARGER = 0.75  # of the time, until the quarter's turn
 _CHANCE = 0.01  # of recall, between two views of the same
 _GAIN = 0.02  # of worth, that cutting back has to bring: less may be a loss in other views
 _SMOOTH = 0.85  # of recall less faults, that few triangles have of what is smooth
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
-_FIRST, _SECOND = 0.5, 0.85  # of the time of three searches, when the first and second end
+_FIRST = 0.8  # of the time of two searches, when the first ends
 _LITTLE = 0.1  # of the original's score: planar sections of hills have less, others far more
 _SHEET = 0.01  # of the solid: what a sheet may enclose
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
@@ -225,8 +220,8 @@ class _Run:
 
     @property
     def divided(self) -> bool:
-        """Whether searches may follow the first, in less room or with fewer triangles: of a sheet
-        within a time limit, too, all of which could be spent on triangles that only stick out."""
+        """Whether a search may follow the first, in less room: of a sheet within a time limit, too,
+        all of which could be spent on triangles that only stick out."""
         return self.several and (_is_sheet(self.looks) or not self.deadline.limited)
 
     @property
@@ -253,7 +248,7 @@ def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:
     """Of a budget above 64, and of a quarter of it where there is reason to: what hides more.
 
     Of more triangles each may stick out by a little, and prices that rise with that may leave less
-    than fewer triangles had.  Up to 64 :func:`search_with_fewer` is enough.
+    than fewer triangles had.
     """
     if budget <= MANY or not run.divided:
         return _found(run, budget, begin, end)[0]
@@ -261,7 +256,7 @@ def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:
     large, doubtful = _found(run, budget, begin, middle)
     if run.cancelled() or not doubtful or run.deadline.left < _JUDGED_SECONDS:
         return large
-    small = _never_worse(run, max(budget // PART, _LEAST), middle, end)
+    small = _never_worse(run, max(budget // _PART, _LEAST), middle, end)
     if not _hides_more(small.triangles, large.triangles, run.judge):
         return large
     return replace(small, words=f"{small.words}  More triangles than that hid less.")
@@ -309,8 +304,7 @@ def _searched(
     room = looks.room_for(budget)
     starts = [pull_into(run.start, room)]
     if run.decimated:
-        few = budget // PART if run.divided and budget <= MANY else 0
-        starts += looks.surfaces.decimated(budget, room, few)
+        starts += looks.surfaces.decimated(budget, room)
     judged = run.judged
     in_detail = judged and run.in_detail
 
@@ -329,10 +323,11 @@ def _searched(
             words = "The mesh in fewer triangles hides nearly all of it, so nothing was searched."
             best = whole[worths.index(max(worths))]
             return [], Refined(best, looks.room.bound, words), False
-    first, second = (begin + share * (end - begin) for share in (_FIRST, _SECOND))
+    first = _FIRST if run.divided else 1.0
+    middle = begin + first * (end - begin)
     found = refine(
-        starts, room, views, budget, aims, seed, run.tell(begin, first if run.divided else end),
-        run.time_for(_FIRST if run.divided else 1.0), run.outlines,
+        starts, room, views, budget, aims, seed, run.tell(begin, middle), run.time_for(first),
+        run.outlines,
     )  # fmt: skip
     begun = _listed(_STARTS[: len(starts)])
     searched = f"The occluder was found by searches that began with {begun}."
@@ -347,26 +342,12 @@ def _searched(
     better = None
     if run.divided and not run.cancelled():
         better = search_again(
-            found, best, room, views, judge, budget, aims, seed, run.tell(first, second),
-            run.time_for(_FIRST),
+            found, best, room, views, judge, budget, aims, seed, run.tell(middle, end),
+            run.time_for(1.0),
         )  # fmt: skip
         if better is not None:
             best = better[0]
             found = [*found, best]
-    if run.divided and budget <= MANY and not run.cancelled():
-
-        def make(few: int) -> list[FloatArray]:
-            if aims.searches == 1 and len(starts[0]) > 0:
-                return starts[:1]  # a single search begins with the first alone
-            return [starts[0], *looks.surfaces.decimated(few, room)]
-
-        fewer = search_with_fewer(
-            make, found, best, room, views, judge, budget, aims, seed, run.tell(second, end),
-            run.time_for(1.0),
-        )  # fmt: skip
-        if fewer is not None:
-            words = f"{searched[:-1]}, and by another with a quarter of the triangles."
-            return found, Refined(fewer, room.bound, words), False
     doubtful = is_doubtful(found, best, judge)
     if better is not None:
         words = f"{searched[:-1]}, and by another in less room."

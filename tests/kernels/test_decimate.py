@@ -23,14 +23,9 @@ FREE = None, 0.0  # vertices of a firm border, and how firm it is
 
 def collapsed(points, faces, allowed, budget, manner=EVEN, firm=FREE):
     """The corners of what is left, as a sorted array (k, 3, 3)."""
-    states, state_faces = points[None].copy(), faces[None].copy()
-    states_alive = np.zeros((1, len(faces)), np.bool_)
+    points, faces, alive = points.copy(), faces.copy(), np.zeros(len(faces), np.bool_)
     outline = np.zeros(len(points), np.bool_) if firm[0] is None else firm[0]
-    decimate(
-        states, state_faces, Room.of(allowed).voxels, np.array([budget]), states_alive, *manner,
-        outline, firm[1],
-    )  # fmt: skip
-    (points,), (faces,), (alive,) = states, state_faces, states_alive
+    decimate(points, faces, Room.of(allowed).voxels, budget, alive, *manner, outline, firm[1])
     assert np.count_nonzero(alive) <= max(budget, 0)
     kept = np.sort(faces[alive], axis=1)
     assert (np.diff(kept, axis=1) > 0).all()

@@ -1,4 +1,4 @@
-"""Searches in less room or with fewer triangles: only where of use, and better than before."""
+"""Searches in less room: only where of use, and better than before."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from simplifier.geometry.views import image_axes
 from simplifier.kernels.soup_views import all_contained
 from simplifier.options.stages import RefineOptions
 from simplifier.refinement.annealing import RefineViews
-from simplifier.refinement.finalists import FinalistScore, FineViews, Judge, Outlines
-from simplifier.refinement.second_search import search_again, search_with_fewer
+from simplifier.refinement.finalists import FineViews, Judge, Outlines
+from simplifier.refinement.second_search import search_again
 from simplifier.selection.measure import silhouettes
 from tests.pictures import sphere_projections
 from tests.refinement.soups import SIZE
@@ -93,75 +93,3 @@ def test_what_is_no_better_is_left(seen, monkeypatch):
     swollen = slab(1.2)
     monkeypatch.setattr("simplifier.refinement.second_search.refine", lambda *any_: [swollen])
     assert again([swollen], slab(-0.6), seen) is None
-
-
-def fewer(found, chosen, seen, begin=lambda few: [slab(-0.2)[:few]]):
-    views, judge = seen
-    options = RefineOptions(moves=4000, precision=0.99, overhang=0.02)
-    return search_with_fewer(begin, found, chosen, room(), views, judge, 48, options, 3)
-
-
-def test_of_a_smooth_thing_a_quarter_of_the_triangles_is_tried_and_kept(seen):
-    """What was found sticks out, and the start that was chosen in its place hides less."""
-    judge = seen[1]
-    chosen = slab(-0.5)
-    asked = []
-
-    def begin(few):
-        asked.append(few)
-        return [slab(-0.2)]
-
-    better = fewer([slab(1.2)], chosen, seen, begin)
-    assert asked == [12]
-    assert 0 < len(better) <= 12
-    assert judge.worth(better) > judge.worth(chosen)
-
-
-def test_fewer_triangles_are_kept_only_where_they_are_better(seen):
-    best = slab()
-    assert fewer([slab(1.2)], best, seen, lambda few: [slab(-1.4)[:4]]) is None
-
-
-def test_what_hides_less_is_never_kept_for_having_fewer_faults(seen, monkeypatch):
-    views, judge = seen
-    chosen, small = slab(0.1), slab(-0.2)[:4]
-    known = [
-        (chosen, FinalistScore(1.0, 0.9, 0.025, 0.025)),
-        (small, FinalistScore(1.0, 0.8, 0.0, 0.0)),
-    ]
-    lenient = Judge(judge.views, 0.99, 0.02, known)
-    assert lenient.worth(small) > lenient.worth(chosen) > 0.5
-    monkeypatch.setattr("simplifier.refinement.second_search.refine", lambda *given: [small])
-    assert fewer([slab(1.2)], chosen, (views, lenient)) is None
-
-
-def test_fewer_triangles_are_not_tried_without_need_or_hope(seen):
-    def begin(few):
-        raise AssertionError("not to be asked for")
-
-    fine = slab(-0.1)
-    assert fewer([fine], fine, seen, begin) is None
-    little = slab(-1.3)[:1]
-    assert 0.0 < seen[1].worth(little) < 0.5
-    assert fewer([slab(1.2)], little, seen, begin) is None
-
-
-@pytest.mark.parametrize(
-    ("soup", "ends"),
-    [(slab(-0.2), 1.0), (slab(-1.4)[:4], 0.4)],
-    ids=["as much", "far less"],
-)
-def test_fewer_triangles_that_hide_far_less_are_soon_given_up(seen, monkeypatch, soup, ends):
-    shares = []
-
-    def search(starts, *given):
-        for share in (0.2, 0.4, 0.6, 0.8, 1.0):
-            shares.append(share)
-            if given[5](share, 0.5, lambda: soup):  # the listener
-                break
-        return [soup]
-
-    monkeypatch.setattr("simplifier.refinement.second_search.refine", search)
-    better = fewer([slab(1.2)], slab(-0.5), seen)
-    assert shares[-1] == ends
-    assert (better is None) == (ends < 1.0)

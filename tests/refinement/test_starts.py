@@ -13,7 +13,6 @@ from simplifier.kernels.soup_views import all_contained
 from simplifier.refinement.decimate import CLOSE, EVEN, decimate_into, decimated
 from simplifier.refinement.reduce import reduce_to
 from simplifier.refinement.starts import (
-    Surfaces,
     cluster_vertices,
     enclosed_start,
     weld_vertices,
@@ -71,7 +70,7 @@ def test_what_stays_as_it_is_keeps_nearer_to_the_mesh():
     points = grid.to_grid(mesh.vertices)
     room, whole = coarse_room(grid, 1), volume(points, mesh.faces)
     even, close = (
-        abs(volume(*decimated(points, mesh.faces, room, [64], manner)[0]) - whole)
+        abs(volume(*decimated(points, mesh.faces, room, 64, manner)) - whole)
         for manner in (EVEN, CLOSE)
     )
     assert close < 0.8 * even
@@ -84,23 +83,9 @@ def test_no_vertex_flies_off_where_planes_are_nearly_the_same():
     grid = fill(voxelize(mesh, 64))
     points, faces = weld_vertices(mesh, grid)
     room = coarse_room(grid, 1)
-    moved, _ = decimated(points, faces, room, [64], CLOSE)[0]
+    moved, _ = decimated(points, faces, room, 64, CLOSE)
     assert (moved - room.margin > points.min(axis=0) - 1.0).all()
     assert (moved - room.margin < points.max(axis=0) + 1.0).all()
-
-
-@pytest.mark.parametrize("name", sorted(SHAPES))
-def test_what_fewer_triangles_are_on_the_way_is_what_they_are_alone(name):
-    mesh, few = SHAPES[name], 6
-    grid = fill(voxelize(mesh, 24))
-    room, surfaces = coarse_room(grid, 1), Surfaces(mesh, grid)
-    both = surfaces.decimated(40, room, few), surfaces.decimated(few, room)
-    again = surfaces.decimated(few, room)  # what was on the way is not kept
-    alone = [Surfaces(mesh, grid).decimated(budget, room) for budget in (40, few)]
-    for found, expected in zip((*both, again), (*alone, alone[1]), strict=True):
-        assert all(
-            one.tobytes() == other.tobytes() for one, other in zip(found, expected, strict=True)
-        )
 
 
 @settings(max_examples=30)

@@ -22,7 +22,7 @@ from simplifier.options.stages import make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Deadline
 from simplifier.refinement.search import pull_into
-from simplifier.refinement.second_search import search_again, search_with_fewer
+from simplifier.refinement.second_search import search_again
 from simplifier.refinement.trim import trimmed
 from simplifier.steps import refine as refine_step
 from simplifier.steps.refine import Refined
@@ -153,11 +153,10 @@ def test_within_a_time_limit_other_searches_are_for_sheets_alone(monkeypatch, me
         ends.append(given[-1])
 
     monkeypatch.setattr("simplifier.steps.refine.search_again", search)
-    monkeypatch.setattr("simplifier.steps.refine.search_with_fewer", search)
     begin = time.perf_counter()
     run(mesh, budget=24, resolution=32, time_limit=1.5)
     assert time.perf_counter() - begin < 2.5
-    assert [one.limited for one in ends] == [True, True] * divided
+    assert [one.limited for one in ends] == [True] * divided
 
 
 def test_starts_of_sections_alone_are_worse_for_a_sheet(monkeypatch):
@@ -292,27 +291,6 @@ def test_of_what_is_round_the_mesh_in_full_detail_is_judged_too(mesh, least):
     assert report.recall >= least
 
 
-def test_a_search_with_fewer_triangles_is_told(monkeypatch):
-    nothing_is_cut(monkeypatch)
-    monkeypatch.setattr("simplifier.refinement.second_search._DOUBTFUL", -1.0)
-    monkeypatch.setattr("simplifier.refinement.second_search._SUFFICES", -1.0)
-    mesh, asked = joined(sphere(), box((2.5, 0.2, 2.5), low=(0.0, -0.1, 0.0))), []
-
-    def search(begin, *given):
-        search_with_fewer(begin, *given)
-        starts = begin(6)
-        asked.extend(map(len, starts[1:]))
-        return starts[1]
-
-    monkeypatch.setattr("simplifier.steps.refine.search_with_fewer", search)
-    result = run(mesh, budget=24, resolution=32, moves=600)
-    assert result.decisions[-1].endswith("and by another with a quarter of the triangles.")
-    assert asked
-    assert max(asked) <= 6
-    check_contained(mesh, result)
-    check_triangles(result.occluder, 6)
-
-
 def test_a_second_search_is_told_and_never_runs_backwards(monkeypatch):
     monkeypatch.setattr("simplifier.refinement.second_search._FAULTS", -1.0)
     mesh, shares, done = joined(sphere(), box((2.5, 0.2, 2.5), low=(0.0, -0.1, 0.0))), [], []
@@ -332,7 +310,7 @@ def test_a_second_search_is_told_and_never_runs_backwards(monkeypatch):
     result = run(mesh, listen, budget=24, resolution=32, moves=3000)
     assert result.decisions[-1].endswith("began with planar sections, and by another in less room.")
     assert shares == sorted(shares)
-    assert done == [pytest.approx(0.5), pytest.approx(0.85)]
+    assert done == [pytest.approx(0.8), pytest.approx(1.0)]
     check_contained(mesh, result)
     check_triangles(result.occluder, 24)
 

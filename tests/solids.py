@@ -115,6 +115,34 @@ def joined(*meshes):
     )
 
 
+def bar(begin, end, thick=0.05):
+    """From one place (3,) to another, of a square section."""
+    begin, along = np.array(begin, float), np.subtract(end, begin)
+    length = np.linalg.norm(along)
+    aside = np.cross(along, (0.3, 1.0, 0.2))
+    aside /= np.linalg.norm(aside)
+    axes = np.array([aside, np.cross(along / length, aside), along / length])
+    mesh = box((thick, thick, length), low=(-0.5 * thick, -0.5 * thick, 0.0))
+    return TriangleMesh.from_soup(mesh.vertices @ axes + begin, mesh.faces)
+
+
+def truss(panels=4):
+    """A row of squares of bars, each with one across."""
+    corners = ((0, 0, 1, 0), (0, 1, 1, 1), (0, 0, 0, 1), (0, 0, 1, 1))
+    return joined(
+        *(bar((i + a, 0, b), (i + c, 0, d)) for i in range(panels) for a, b, c, d in corners)
+    )
+
+
+def ladder(rungs=14):
+    """Upright bars, and rungs between them."""
+    high = 0.3 * rungs
+    return joined(
+        *(box((0.05, 0.05, high), low=(x, 0.0, 0.0)) for x in (0.0, 0.5)),
+        *(box((0.5, 0.05, 0.05), low=(0.0, 0.0, 0.3 * rung)) for rung in range(rungs)),
+    )
+
+
 def table():
     """A top on four legs: parts that touch, thin from most sides."""
     legs = [box((0.1, 0.7, 0.1), (x, 0.0, z)) for x in (0.0, 1.4) for z in (0.0, 0.7)]

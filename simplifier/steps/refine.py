@@ -20,7 +20,7 @@ from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.finalists import MUCH, OUTLINE, Judge, Outlines
 from simplifier.refinement.search import Stop, hidden_share, pull_into, refine
 from simplifier.refinement.second_search import FLAWLESS, is_doubtful, search_again
-from simplifier.refinement.trim import is_worth_cutting, trimmed
+from simplifier.refinement.trim import is_worth_cutting, made_precise, trimmed
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections
 from simplifier.steps.look import MANY, Looks, StoppedError
@@ -36,13 +36,15 @@ _LARGER = 0.75  # of the time, until the quarter's turn
 _CHANCE = 0.01  # of recall, between two views of the same
 _GAIN = 0.02  # of worth, that cutting back has to bring: less may be a loss in other views
 _SMOOTH = 0.85  # of recall less faults, that few triangles have of what is smooth
+_WORTHLESS = 0.1  # of recall less faults: with less, what hides wrongly is cut back, too
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST = 0.8  # of the time of two searches, when the first ends
-_LITTLE = 0.1  # of the original's score: planar sections of hills have less, others far more
+_LITTLE = 0.1  # of the original's score: sections of hills, rods and shells have less
 _SHEET = 0.01  # of the solid: what a sheet may enclose
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _OUTLINED_SECONDS = 0.2  # for finer pictures of up to 64 triangles, in which overhang is judged
 _JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
+_DECIMATED_SECONDS = 0.3  # for starts from decimated surfaces, where sections have so little
 _DETAILED_SECONDS = 0.15  # and for the mesh in full detail, which takes up to half of that
 _SHEET_SECONDS = 0.02  # of a sheet, of which a search in so little time may leave next to nothing
 _HURRIED = 0.4  # of such a limit, for judging
@@ -182,10 +184,12 @@ class _Run:
     ) -> _Run:
         """From what sections score, and how much time is left."""
         aims, in_time = options.refine, deadline.left > _SEVERAL_SECONDS
+        # What keeps wholly inside leaves no room for the mesh itself.
+        has_room = not looks.original.solid.wholly_inside
         enough = 0.0  # of the original's score, for sections to begin with alone
         if aims.decimated and in_time:
             enough = MUCH_BEGUN
-        elif _is_sheet(looks):
+        elif _is_sheet(looks) or (has_room and deadline.left > _DECIMATED_SECONDS):
             enough = _LITTLE
         decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough
         several = in_time and (aims.decimated or decimated)
@@ -276,21 +280,27 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
     in_time = not run.deadline.limited or run.deadline.left > _JUDGED_SECONDS
     if not found or not in_time:
         return refined, doubtful
-    chosen, judge, cut = refined.triangles, run.judge, []
+    chosen, judge = refined.triangles, run.judge
+    worthless = judge.worth(chosen) < _WORTHLESS
+    cut: list[tuple[FloatArray, float, str]] = []
     for one in found:
-        if is_worth_cutting(one, chosen, judge) and not run.cancelled():
-            least = 0.0 if one is chosen else judge.recall(chosen)
-            cut += [(left, least) for left in trimmed(one, judge)]
-    worth, *others = judge.worths([chosen, *(left for left, _ in cut)])
+        if run.cancelled():
+            break
+        least = 0.0 if one is chosen else judge.recall(chosen)
+        if is_worth_cutting(one, chosen, judge):
+            cut += [(left, least, "where it stuck out") for left in trimmed(one, judge)]
+        if worthless and judge.score(one).precision < judge.precision:
+            cut += [(left, least, "where it hid wrongly") for left in made_precise(one, judge)]
+    worth, *others = judge.worths([chosen, *(left for left, *_ in cut)])
     better = [
-        (other, left)
-        for other, (left, least) in zip(others, cut, strict=True)
+        (other, left, where)
+        for other, (left, least, where) in zip(others, cut, strict=True)
         if other >= worth + _GAIN and judge.recall(left) >= least
     ]
     if not better:
         return refined, doubtful
-    best = max(better, key=lambda pair: pair[0])[1]
-    words = "The occluder was found by searches, and cut back where it stuck out."
+    _, best, where = max(better, key=lambda row: row[0])
+    words = f"The occluder was found by searches, and cut back {where}."
     return Refined(best, run.looks.room_for(budget).bound, words), doubtful
 
 

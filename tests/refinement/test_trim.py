@@ -1,4 +1,4 @@
-"""What sticks out is cut back where it does, until enough is gone, and nothing is moved."""
+"""What sticks out or hides wrongly is cut back where it does, and nothing is moved."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 
 from simplifier.geometry.views import image_axes
 from simplifier.refinement.finalists import FineViews, Judge, Outlines
-from simplifier.refinement.trim import is_worth_cutting, trimmed
+from simplifier.refinement.trim import is_worth_cutting, made_precise, trimmed
 from tests.pictures import sphere_projections
 from tests.solids import box
 
@@ -119,3 +119,22 @@ def test_the_same_bytes_on_any_number_of_threads(judge, monkeypatch):
     monkeypatch.setenv("OCCLUDER_THREADS", "1")
     for one, other in zip(several, trimmed(soup, judge), strict=True):
         assert np.array_equal(one, other)
+
+
+def test_what_hides_wrongly_is_cut_back_more_and_more(judge):
+    soup = one_sticks_out()
+    before, cuts = judge.score(soup), made_precise(soup, judge)
+    assert len(cuts) == 10
+    precisions = [judge.score(cut).precision for cut in cuts]
+    assert precisions == sorted(precisions)
+    assert before.precision < precisions[0] < precisions[-1]
+    assert 1.0 - precisions[-1] < 0.2 * (1.0 - before.precision)
+    for cut in cuts:
+        (changed,) = np.flatnonzero((cut != soup).any(axis=(1, 2)))
+        assert changed == 3
+        assert corners_within(cut[3], soup[3])
+
+
+def test_where_nothing_hides_wrongly_nothing_is_cut_back(judge):
+    assert made_precise(sides(-0.5), judge) == []
+    assert made_precise(np.empty((0, 3, 3)), judge) == []

@@ -27,7 +27,7 @@ from simplifier.refinement.trim import trimmed
 from simplifier.steps import refine as refine_step
 from simplifier.steps.refine import Refined
 from simplifier.steps.room import open_room
-from tests.solids import blob, box, hills, joined, rounded_box, sphere, torus
+from tests.solids import blob, box, hills, joined, ladder, rounded_box, sphere, torus, truss
 
 
 def run(mesh, listener=None, **options):
@@ -171,6 +171,19 @@ def test_starts_of_sections_alone_are_worse_for_a_sheet(monkeypatch):
     by_its_surface = recall()
     monkeypatch.setattr(refine_step, "_LITTLE", 0.0)  # no sections are so poor
     assert by_its_surface > recall() + 0.05
+
+
+def test_a_draft_of_bars_begins_with_the_mesh_too(monkeypatch):
+    """Sections of them had 4 to 10 % of what they hide, and other starts were for sheets alone."""
+    bars = ladder()
+
+    def recall():
+        occluder = run(bars, budget=32, preset="draft").occluder
+        return evaluate_accuracy(bars, occluder, AccuracyOptions(64, 128, exact=True)).recall
+
+    assert recall() > 0.9
+    monkeypatch.setattr(refine_step, "_LITTLE", 0.0)  # no sections are so poor
+    assert recall() < 0.2
 
 
 @pytest.mark.parametrize(
@@ -338,6 +351,27 @@ def test_what_sticks_out_at_last_is_cut_back(monkeypatch, mesh):
     assert result.decisions[-1].endswith("found by searches, and cut back where it stuck out.")
     check_contained(mesh, result)
     check_triangles(result.occluder, 24)
+
+
+def test_what_hides_wrongly_is_cut_back_where_nothing_found_is_worth_anything(monkeypatch):
+    """Of a tree with leaves, whatever searches found hid too much wrongly by some seeds, and the
+    occluder was empty."""
+    mesh = truss()
+
+    def report():
+        made = run(mesh, budget=32)
+        check_contained(mesh, made)
+        check_triangles(made.occluder, 32)
+        words = made.decisions[-1].endswith("found by searches, and cut back where it hid wrongly.")
+        return words, evaluate_accuracy(mesh, made.occluder, AccuracyOptions(64, 128, exact=True))
+
+    cut, after = report()
+    assert cut
+    assert after.precision > 0.997
+    monkeypatch.setattr(refine_step, "_WORTHLESS", -1.0)
+    cut, before = report()
+    assert not cut
+    assert after.recall > before.recall + 0.2
 
 
 def one_search(left, enclosed=0.5, budget=64):

@@ -289,7 +289,8 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
         least = 0.0 if one is chosen else judge.recall(chosen)
         if is_worth_cutting(one, chosen, judge):
             cut += [(left, least, "where it stuck out") for left in trimmed(one, judge)]
-        if worthless and judge.score(one).precision < judge.precision:
+        wrong = worthless and one is not chosen and judge.score(one).precision < judge.precision
+        if wrong:
             cut += [(left, least, "where it hid wrongly") for left in made_precise(one, judge)]
     worth, *others = judge.worths([chosen, *(left for left, *_ in cut)])
     better = [

@@ -415,8 +415,13 @@ def test_of_a_sheet_little_time_is_left_for_judging():
 class Known:
     """A judge that knows occluders by their lengths: recall and worth of each."""
 
+    precision = 0.999
+
     def __init__(self, known):
         self.known = known
+
+    def score(self, soup):
+        return SimpleNamespace(precision=0.98)
 
     def worths(self, soups):
         return [self.worth(soup) for soup in soups]
@@ -426,6 +431,18 @@ class Known:
 
     def worth(self, soup):
         return self.known[len(soup)][1]
+
+
+def found_by(monkeypatch, judge, found, chosen):
+    """What is made of a soup that was found where another, or the same, was chosen."""
+    monkeypatch.setattr(
+        refine_step, "_searched", lambda *given: ([found], Refined(chosen, 1.0, "W."), False)
+    )
+    run = SimpleNamespace(
+        judge=judge, cancelled=lambda: False, deadline=Deadline.after(None),
+        looks=SimpleNamespace(room_for=lambda budget: SimpleNamespace(bound=2.0)),
+    )  # fmt: skip
+    return refine_step._found(run, 64, 0.0, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -440,20 +457,30 @@ class Known:
 def test_what_is_cut_of_others_hides_no_less_than_what_is_chosen(monkeypatch, chosen, cut, kept):
     soups = {count: np.ones((count, 3, 3)) for count in (1, 2, 3)}
     judge = Known({1: (0.80, 0.80), 2: (0.90, 0.50), 3: cut})
-    monkeypatch.setattr(
-        refine_step, "_searched",
-        lambda *given: ([soups[2]], Refined(soups[chosen], 1.0, "W."), False),
-    )  # fmt: skip
     monkeypatch.setattr(refine_step, "is_worth_cutting", lambda *given: True)
     monkeypatch.setattr(refine_step, "trimmed", lambda *given: [soups[3]])
-    run = SimpleNamespace(
-        judge=judge, cancelled=lambda: False, deadline=Deadline.after(None),
-        looks=SimpleNamespace(room_for=lambda budget: SimpleNamespace(bound=2.0)),
-    )  # fmt: skip
-    refined, doubtful = refine_step._found(run, 256, 0.0, 1.0)
+    refined, doubtful = found_by(monkeypatch, judge, soups[2], soups[chosen])
     assert len(refined.triangles) == kept
     assert refined.words.endswith("cut back where it stuck out.") == (kept == 3)
     assert not doubtful
+
+
+@pytest.mark.parametrize(
+    ("worth", "chosen", "kept"),
+    [
+        (0.05, 1, 3),
+        (0.15, 1, 1),  # worth something, so it is left
+        (0.05, 2, 2),  # of what was chosen all the same, which would hide less
+    ],
+)
+def test_what_hid_wrongly_is_cut_back_where_it_was_not_chosen(monkeypatch, worth, chosen, kept):
+    soups = {count: np.ones((count, 3, 3)) for count in (1, 2, 3)}
+    judge = Known({1: (0.05, worth), 2: (0.40, worth), 3: (0.20, 0.20)})
+    monkeypatch.setattr(refine_step, "is_worth_cutting", lambda *given: False)
+    monkeypatch.setattr(refine_step, "made_precise", lambda *given: [soups[3]])
+    refined, _ = found_by(monkeypatch, judge, soups[2], soups[chosen])
+    assert len(refined.triangles) == kept
+    assert refined.words.endswith("cut back where it hid wrongly.") == (kept == 3)
 
 
 def test_asking_for_less_front_gives_less_and_the_same_bytes_each_time():

@@ -21,6 +21,7 @@ from heapq import heapify, heappop, heappush
 import numpy as np
 
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
+from simplifier.kernels.disjoint_sets import root_of
 from simplifier.kernels.voxelize import ROOM, is_contained
 
 _BORDER = 10.0  # weight of a plane across a border, in squares of its edge
@@ -114,21 +115,12 @@ def mark_outline(vertices, faces, outline):
             if _is_border(faces, heads, links, a, b):
                 p, q = vertices[a], vertices[b]
                 lengths[a] += np.sqrt((p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2)
-                parents[_root(parents, a)] = _root(parents, b)
+                parents[root_of(parents, a)] = root_of(parents, b)
     around = np.zeros(len(vertices))
     for vertex in range(len(vertices)):
-        around[_root(parents, vertex)] += lengths[vertex]
+        around[root_of(parents, vertex)] += lengths[vertex]
     for vertex in range(len(vertices)):
-        outline[vertex] = around[_root(parents, vertex)] ** 2 > _AROUND * area
-
-
-@inner_kernel
-def _root(parents, vertex):
-    """Of the tree that a vertex is in; halves the way there."""
-    while parents[vertex] != vertex:
-        parents[vertex] = parents[parents[vertex]]
-        vertex = parents[vertex]
-    return vertex
+        outline[vertex] = around[root_of(parents, vertex)] ** 2 > _AROUND * area
 
 
 @inner_kernel

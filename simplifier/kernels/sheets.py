@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.compiled.kernel import inner_kernel
+from simplifier.kernels.disjoint_sets import root_of
 
 CLEAR, MET, SHUT = 0, 1, 2
 """The middle line between two boxes meets no triangle, it meets some, and no line gets through."""
@@ -196,14 +197,6 @@ def _line(a, b, shares, start, way):
 
 
 @inner_kernel
-def _root(parent, place):
-    while parent[place] != place:
-        parent[place] = parent[parent[place]]
-        place = parent[place]
-    return place
-
-
-@inner_kernel
 def is_line_clear(start, end, points, faces, normals, boxes, children):
     """Whether the line from a point (3,) to another meets no triangle.
 
@@ -300,12 +293,12 @@ def close(a, b, points, faces, normals, beside, boxes, children, known, share):
         for side in range(3):
             other = beside[found[place], side]
             if other >= 0 and known[other] >= 0:
-                parent[_root(parent, place)] = _root(parent, known[other])
+                parent[root_of(parent, place)] = root_of(parent, known[other])
     for place in range(used):
         known[found[place]] = -1
-        odd[_root(parent, place)] ^= crossed[place]
+        odd[root_of(parent, place)] ^= crossed[place]
     for place in range(used):
-        root = _root(parent, place)
+        root = root_of(parent, place)
         if not odd[root] or broken[root]:
             continue
         face = found[place]
@@ -329,7 +322,7 @@ def close(a, b, points, faces, normals, beside, boxes, children, known, share):
     for place in range(used):
         face = found[place]
         if _crossing(start, way, faces[face], points, normals[face]) >= 0.0:
-            root = _root(parent, place)
+            root = root_of(parent, place)
             odd[root] = not odd[root]
     for place in range(used):
         if parent[place] == place and odd[place] and not broken[place] and first_odd[place]:

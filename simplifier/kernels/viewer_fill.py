@@ -14,6 +14,7 @@ import numpy as np
 
 from simplifier.kernels.columns import TOUCH, admits
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
+from simplifier.kernels.disjoint_sets import root_of
 from simplifier.kernels.height_field import _clipped_heights
 
 _STEEP = 1.0  # of its own area in plan: faces whose upright area is larger are walls
@@ -132,14 +133,6 @@ def list_runs(bits, earth, depth, starts, firsts, lasts):
                 before = free
 
 
-@inline_kernel
-def _root(parent, run):
-    while parent[run] != run:
-        parent[run] = parent[parent[run]]
-        run = parent[run]
-    return run
-
-
 @kernel("int64[:], int32[:], int32[:], int64, int64[:]")
 def join_runs(starts, firsts, lasts, ny, parent):
     """Number the spaces: voxels that share a face, an edge or a corner are in the same one.
@@ -158,7 +151,7 @@ def join_runs(starts, firsts, lasts, ny, parent):
             one, two = starts[column], starts[beside]
             while one < starts[column + 1] and two < starts[beside + 1]:
                 if firsts[one] <= lasts[two] + 1 and firsts[two] <= lasts[one] + 1:
-                    a, b = _root(parent, one), _root(parent, two)
+                    a, b = root_of(parent, one), root_of(parent, two)
                     # The earlier run is the root, so that one pass can number them.
                     parent[max(a, b)] = min(a, b)
                 if lasts[one] < lasts[two]:

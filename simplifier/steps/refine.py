@@ -282,27 +282,43 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
         return refined, doubtful
     chosen, judge = refined.triangles, run.judge
     worthless = judge.worth(chosen) < _WORTHLESS
-    cut: list[tuple[FloatArray, float, str]] = []
+    # Nothing at all hides nothing wrongly, which is no aim.
+    precise = min(judge.precision, judge.score(chosen).precision) if len(chosen) > 0 else 0.0
+    cut: list[_Cut] = []
     for one in found:
         if run.cancelled():
             break
         least = 0.0 if one is chosen else judge.recall(chosen)
         if is_worth_cutting(one, chosen, judge):
-            cut += [(left, least, "where it stuck out") for left in trimmed(one, judge)]
-        wrong = worthless and one is not chosen and judge.score(one).precision < judge.precision
-        if wrong:
-            cut += [(left, least, "where it hid wrongly") for left in made_precise(one, judge)]
-    worth, *others = judge.worths([chosen, *(left for left, *_ in cut)])
+            cut += [_Cut(left, least, 0.0, "where it stuck out") for left in trimmed(one, judge)]
+        if worthless and one is not chosen and judge.score(one).precision < judge.precision:
+            less_wrong = made_precise(one, judge)
+            cut += [_Cut(left, least, precise, "where it hid wrongly") for left in less_wrong]
+    worth, *others = judge.worths([chosen, *(one.triangles for one in cut)])
     better = [
-        (other, left, where)
-        for other, (left, least, where) in zip(others, cut, strict=True)
-        if other >= worth + _GAIN and judge.recall(left) >= least
+        (other, one)
+        for other, one in zip(others, cut, strict=True)
+        if other >= worth + _GAIN and one.passes(judge)
     ]
     if not better:
         return refined, doubtful
-    _, best, where = max(better, key=lambda row: row[0])
-    words = f"The occluder was found by searches, and cut back {where}."
-    return Refined(best, run.looks.room_for(budget).bound, words), doubtful
+    best = max(better, key=lambda pair: pair[0])[1]
+    words = f"The occluder was found by searches, and cut back {best.where}."
+    return Refined(best.triangles, run.looks.room_for(budget).bound, words), doubtful
+
+
+@dataclass(frozen=True, eq=False)
+class _Cut:
+    """What is left of a soup (m, 3, 3), and what it has to have to be taken."""
+
+    triangles: FloatArray
+    recall: float
+    precision: float
+    where: str
+
+    def passes(self, judge: Judge) -> bool:
+        score = judge.score(self.triangles)
+        return score.recall >= self.recall and score.precision >= self.precision
 
 
 def _searched(

@@ -421,7 +421,8 @@ class Known:
         self.known = known
 
     def score(self, soup):
-        return SimpleNamespace(precision=0.98)
+        recall, _, precision = (*self.known[len(soup)], 1.0)[:3]
+        return SimpleNamespace(recall=recall, precision=precision)
 
     def worths(self, soups):
         return [self.worth(soup) for soup in soups]
@@ -466,16 +467,21 @@ def test_what_is_cut_of_others_hides_no_less_than_what_is_chosen(monkeypatch, ch
 
 
 @pytest.mark.parametrize(
-    ("worth", "chosen", "kept"),
+    ("worth", "chosen", "precision", "kept"),
     [
-        (0.05, 1, 3),
-        (0.15, 1, 1),  # worth something, so it is left
-        (0.05, 2, 2),  # of what was chosen all the same, which would hide less
+        (0.05, 1, 0.999, 3),
+        (0.15, 1, 0.999, 1),  # worth something, so it is left
+        (0.05, 2, 0.999, 2),  # of what was chosen all the same, which would hide less
+        (0.05, 1, 0.998, 1),  # still hides more wrongly than was asked for
+        (0.0, 0, 0.998, 3),  # where there is nothing else
     ],
 )
-def test_what_hid_wrongly_is_cut_back_where_it_was_not_chosen(monkeypatch, worth, chosen, kept):
-    soups = {count: np.ones((count, 3, 3)) for count in (1, 2, 3)}
-    judge = Known({1: (0.05, worth), 2: (0.40, worth), 3: (0.20, 0.20)})
+def test_what_hid_wrongly_is_cut_back_where_it_was_not_chosen(
+    monkeypatch, worth, chosen, precision, kept
+):
+    soups = {count: np.ones((count, 3, 3)) for count in (0, 1, 2, 3)}
+    known = {0: (0.0, 0.0), 1: (0.05, worth), 2: (0.40, worth, 0.98), 3: (0.20, 0.20, precision)}
+    judge = Known(known)
     monkeypatch.setattr(refine_step, "is_worth_cutting", lambda *given: False)
     monkeypatch.setattr(refine_step, "made_precise", lambda *given: [soups[3]])
     refined, _ = found_by(monkeypatch, judge, soups[2], soups[chosen])

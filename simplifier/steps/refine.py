@@ -46,6 +46,7 @@ _OUTLINED_SECONDS = 0.2  # for finer pictures of up to 64 triangles, in which ov
 _JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
 _DECIMATED_SECONDS = 0.3  # for starts from decimated surfaces, where sections have so little
 _DETAILED_SECONDS = 0.15  # and for the mesh in full detail, which takes up to half of that
+_DETAILED_SHEET_SECONDS = 0.1  # of a sheet with an outline, which is mostly best so
 _SHEET_SECONDS = 0.02  # of a sheet, of which a search in so little time may leave next to nothing
 _HURRIED = 0.4  # of such a limit, for judging
 
@@ -207,7 +208,9 @@ class _Run:
         ones alone."""
         if not self.deadline.limited:
             return True
-        return self.deadline.left > _DETAILED_SECONDS and self.simple
+        outlined = self.decimated and self.looks.surfaces.outlined
+        least = _DETAILED_SHEET_SECONDS if outlined else _DETAILED_SECONDS
+        return self.deadline.left > least and self.simple
 
     @cached_property
     def outlines(self) -> Outlines | None:
@@ -346,9 +349,12 @@ def _searched(
     if in_detail and run.simple:
         whole = detailed(looks.room)
         worths = run.judge.worths(whole)
+        best = whole[worths.index(max(worths))]
         if max(worths) >= FLAWLESS:
             words = "The mesh in fewer triangles hides nearly all of it, so nothing was searched."
-            best = whole[worths.index(max(worths))]
+            return [], Refined(best, looks.room.bound, words), False
+        if max(worths) > 0.0 and run.deadline.left < _JUDGED_SECONDS:
+            words = "The mesh in fewer triangles was kept, since no time was left to search."
             return [], Refined(best, looks.room.bound, words), False
     first = _FIRST if run.divided else 1.0
     middle = begin + first * (end - begin)

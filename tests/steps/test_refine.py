@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from itertools import pairwise
 from types import SimpleNamespace
@@ -284,6 +285,18 @@ def test_of_a_sheet_with_an_outline_nothing_is_searched_where_it_hides_nearly_al
     report = evaluate_accuracy(mesh, made.occluder, AccuracyOptions(64, 128, exact=True))
     assert report.recall >= 0.996
     check_triangles(made.occluder, 128)
+
+
+def test_what_full_detail_hides_is_kept_where_no_time_is_left_to_search(monkeypatch):
+    """A terrain in 256 triangles hid 93.6 % within a quarter of a second, and 99.7 as a draft, in
+    less."""
+    monkeypatch.setattr(refine_step, "_JUDGED_SECONDS", math.inf)
+    mesh = hills(120)
+    made = run(mesh, budget=64, up="z", time_limit=3.0)
+    assert made.decisions[-1].endswith("was kept, since no time was left to search.")
+    report = evaluate_accuracy(mesh, made.occluder, AccuracyOptions(64, 128, exact=True))
+    assert report.recall >= 0.97
+    check_triangles(made.occluder, 64)
 
 
 def stretched(rings):

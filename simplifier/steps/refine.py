@@ -197,10 +197,15 @@ class _Run:
         return cls(start, looks, options, decimated, several, deadline, tell, cancelled)
 
     @cached_property
+    def outlined(self) -> bool:
+        """Whether it is a sheet with an outline, which in full detail mostly is best."""
+        return self.decimated and self.looks.surfaces.outlined
+
+    @property
     def simple(self) -> bool:
         """Whether the mesh in full detail is judged whatever searches find: of few triangles that
-        takes next to no time, and of a sheet with an outline it mostly is best."""
-        return self.looks.surfaces.few or (self.decimated and self.looks.surfaces.outlined)
+        takes next to no time."""
+        return self.looks.surfaces.few or self.outlined
 
     @property
     def in_detail(self) -> bool:
@@ -208,8 +213,7 @@ class _Run:
         ones alone."""
         if not self.deadline.limited:
             return True
-        outlined = self.decimated and self.looks.surfaces.outlined
-        least = _DETAILED_SHEET_SECONDS if outlined else _DETAILED_SECONDS
+        least = _DETAILED_SHEET_SECONDS if self.outlined else _DETAILED_SECONDS
         return self.deadline.left > least and self.simple
 
     @cached_property

@@ -47,27 +47,17 @@ FIRM = (replace(CLOSE, firm=0.5), replace(CLOSE, firm=4.0))
 sheet within it."""
 
 
-def decimate_into(
-    vertices: FloatArray,
-    faces: IntArray,
-    room: Room,
-    budget: int,
-    manner: Manner = EVEN,
-    outline: BoolArray | None = None,
-) -> Surface:
-    """At most ``budget`` (1 or more) triangles near a surface; grid space.
+def decimate_into(vertices: FloatArray, faces: IntArray, room: Room, budget: int) -> Surface:
+    """At most ``budget`` (1 or more) triangles of even shape near a surface; grid space.
 
-    ``vertices`` (n, 3), ``faces`` (m, 3) with no vertex twice in a face and no face twice, and its
-    ``outline`` (n,) where the manner is firm.  Faces keep to the ``room`` where they can; those
-    that do not share no vertex with others, so that the caller may shrink or drop them.
+    ``vertices`` (n, 3), ``faces`` (m, 3) with no vertex twice in a face and no face twice.
+    Faces keep to the ``room`` where they can; those that do not share no vertex with others, so
+    that the caller may shrink or drop them.
 
     Returns ``vertices`` (k, 3) float64, all used and none outside the room's cells, and ``faces``
     int32, none without area.
     """
-    points, corners = decimated(vertices, faces, room, budget, manner, outline)
-    points = np.clip(sunk(points, corners, room), 0.0, np.array(room.shape, np.float64))
-    points, corners = _detach(points, corners[have_area(points[corners])], room)
-    return points - room.margin, corners
+    return moved_into(*decimated(vertices, faces, room, budget), room)
 
 
 def decimated(
@@ -78,7 +68,10 @@ def decimated(
     manner: Manner = EVEN,
     outline: BoolArray | None = None,
 ) -> Surface:
-    """As of :func:`decimate_into`, but in the place of the room and not moved into it."""
+    """As of :func:`decimate_into`, but in the place of the room and not moved into it.
+
+    ``outline``  (n,) the vertices of a border that the ``manner`` has firm; none by default.
+    """
     points = np.ascontiguousarray(vertices + room.margin, dtype=np.float64)
     corners = np.array(faces, dtype=np.int32)
     alive = np.ones(len(corners), dtype=np.bool_)
@@ -91,6 +84,13 @@ def decimated(
             firmness,
         )  # fmt: skip
     return _without_unused(points, corners[alive])
+
+
+def moved_into(points: FloatArray, corners: IntArray, room: Room) -> Surface:
+    """What :func:`decimated` gave, as :func:`decimate_into` says."""
+    points = np.clip(sunk(points, corners, room), 0.0, np.array(room.shape, np.float64))
+    points, corners = _detach(points, corners[have_area(points[corners])], room)
+    return points - room.margin, corners
 
 
 def outline_of(surface: Surface) -> BoolArray:

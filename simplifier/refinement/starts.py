@@ -24,9 +24,12 @@ from simplifier.kernels.threads import run_each
 from simplifier.refinement.decimate import (
     CLOSE,
     FIRM,
+    Manner,
     Surface,
     coarse,
     decimate_into,
+    decimated,
+    moved_into,
     outline_of,
 )
 from simplifier.refinement.fields import smoothed
@@ -114,7 +117,12 @@ def fine_starts(
     outline = outline_of(surface)
     manners = FIRM if outline.any() else (CLOSE,)
     ways = [(room, manner) for room in rooms for manner in manners]
-    made = run_each(lambda way: decimate_into(*surface, way[0], budget, way[1], outline), ways)
+
+    def begin(way: tuple[Room, Manner]) -> Surface:
+        room, manner = way
+        return moved_into(*decimated(*surface, room, budget, manner, outline), room)
+
+    made = run_each(begin, ways)
     return [made[first : first + len(manners)] for first in range(0, len(made), len(manners))]
 
 

@@ -197,6 +197,10 @@ class RefineOptions(OptionSet):
     views: int = option(144, low=1, high=MOST_DIRECTIONS, words="refine views")
     """Directions that the search looks from, 1 to 4096."""
 
+    outlines: int = option(32, low=1, high=MOST_DIRECTIONS, words="refine outlines")
+    """Directions that overhang and front are judged from, 1 to 4096, in finer pictures that the
+    search does not see."""
+
     rounds: int = option(10, low=1, high=20, words="refine rounds")
     """How often at least searches take from each other and prices follow, 1 to 20.  A long search
     does so more often; where moves are few, fewer rounds leave more of them to each."""
@@ -217,14 +221,15 @@ class Effort:
     exchanges: int
     moves: int  # for few triangles
     views: int
+    outlines: int
     rounds: int
     decimated: bool
 
 
 PRESETS: dict[Preset, Effort] = {
-    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 4_830, 64, 7, False),
-    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 22_800, 144, 10, True),
-    "best": Effort(SectionOptions(directions=128, depths=4), 8, 140_000, 144, 10, True),
+    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 4_830, 64, 20, 7, False),
+    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 22_800, 144, 32, 10, True),
+    "best": Effort(SectionOptions(directions=128, depths=4), 8, 140_000, 144, 32, 10, True),
 }
 
 
@@ -311,6 +316,7 @@ def stage_options(chosen: SimplifyOptions | EvaluateOptions, longest_edge: float
             # What keeps wholly inside sticks out nowhere, so there is nothing to be fined.
             overhang=1.0 if chosen.wholly_inside else chosen.overhang,
             views=effort.views,
+            outlines=effort.outlines,
             rounds=effort.rounds,
             decimated=effort.decimated,
         ),

@@ -93,7 +93,7 @@ def refine(
             rounds = int(shares[1] * most) + 1
             _confer(searches, bargain, shares[1])
     searches.sort(key=lambda search: -search.score)
-    return [search.result() for search in searches]
+    return run_each(Annealing.result, searches)
 
 
 def hidden_share(
@@ -138,10 +138,13 @@ def _confer(searches: list[Annealing], bargain: Bargain, share: float) -> None:
         _exchange(searches)
     room = bargain.room
     bargain.follow(max(searches, key=lambda search: search.score), share)
-    for search in searches:
+
+    def go_on(search: Annealing) -> None:
         if bargain.room is not room:
             search.move_to(bargain.room)
         search.reprice(bargain.prices)
+
+    run_each(go_on, searches)
 
 
 def _exchange(searches: list[Annealing]) -> None:

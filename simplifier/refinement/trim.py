@@ -26,10 +26,42 @@ _SOME = slice(None, None, 3)  # of the views: enough to tell what a triangle cov
 _LEAST = 1e-7  # of a silhouette that a step costs: one that costs nothing comes first
 _PARTS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95)  # of all steps, to hide less wrongly
 
-_Views = slice | NDArray[np.int64]
 _Weigh = Callable[[FloatArray], FloatArray]
 """Of a soup (m, 3, 3) to (m, 2): the fault of each triangle, and what it covers of the original,
 shares of the original in the mean of views."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Pictures:
+    """Of the original, beside which triangles are weighed.
+
+    ``projections`` (V, 2, 4), ``masks`` (V, rows, words) of where there is no fault, and the
+    ``pixels`` (V,) of the original.
+    """
+
+    projections: FloatArray
+    masks: MaskArray
+    pixels: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, outlines: Outlines, views: slice | NDArray[np.int64]) -> _Pictures:
+        """Some views of the outlines, beside which triangles stick out."""
+        return cls(
+            np.ascontiguousarray(outlines.projections[views]),
+            np.ascontiguousarray(outlines.wide[views]), outlines.pixels[views],
+        )  # fmt: skip
+
+    def weigh(self, triangles: FloatArray) -> FloatArray:
+        """As :data:`_Weigh`, where the fault is to cover what is not in the masks."""
+        weights = 1.0 / np.maximum(self.pixels, 1) / len(self.pixels)
+        by_number = np.ascontiguousarray(triangles.transpose(0, 2, 1))
+        weighed = np.empty((len(triangles), 2))
+
+        def weigh(begin: int, end: int) -> None:
+            weigh_each(by_number, self.projections, self.masks, weights, begin, end, weighed)
+
+        run_chunks(weigh, len(triangles))
+        return weighed
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,15 +100,20 @@ def trimmed(triangles: FloatArray, judge: Judge) -> list[FloatArray]:
     that order until enough is gone.  What is cut back lies in what it was, so it keeps to its room.
     """
     outlines, soups = judge.views.outlines, []
+    some = _Pictures.of(outlines, _SOME)
     if judge.score(triangles).overhang > judge.overhang:
         triangles = _cut_until(
-            triangles, outlines, _SOME, lambda left: bool(left.mean() <= judge.overhang)
+            triangles, outlines, some.weigh, lambda left: bool(left.mean() <= judge.overhang)
         )
         soups.append(triangles)
     shares, most = outlines.overhang(triangles), 2.0 * judge.overhang
     if shares.max() > most:
-        worst = np.flatnonzero(shares > most)
-        triangles = _cut_until(triangles, outlines, worst, lambda left: bool(left.max() <= most))
+        worst = _Pictures.of(outlines, np.flatnonzero(shares > most))
+
+        def weigh(soup: FloatArray) -> FloatArray:
+            return np.stack([worst.weigh(soup)[:, 0], some.weigh(soup)[:, 1]], axis=1)
+
+        triangles = _cut_until(triangles, outlines, weigh, lambda left: bool(left.max() <= most))
         soups.append(triangles)
     return soups
 
@@ -90,11 +127,7 @@ def made_precise(triangles: FloatArray, judge: Judge) -> list[FloatArray]:
     """
     views = judge.views
     pixels = np.bitwise_count(views.originals).sum(axis=(1, 2), dtype=np.int64)
-
-    def weigh(soup: FloatArray) -> FloatArray:
-        return _weighed(soup, views.projections, views.originals, pixels)
-
-    steps = _steps(triangles, weigh)
+    steps = _steps(triangles, _Pictures(views.projections, views.originals, pixels).weigh)
     if not steps:
         return []
     cut = (_after(triangles, steps[: int(part * len(steps))]) for part in _PARTS)
@@ -104,17 +137,10 @@ def made_precise(triangles: FloatArray, judge: Judge) -> list[FloatArray]:
 def _cut_until(
     triangles: FloatArray,
     outlines: Outlines,
-    views: _Views,
+    weigh: _Weigh,
     enough: Callable[[FloatArray], bool],
 ) -> FloatArray:
-    """Cut back what sticks out in those ``views``, until what is left in all is ``enough``."""
-
-    def weigh(soup: FloatArray) -> FloatArray:
-        weighed = _beside(soup, outlines, _SOME)
-        if views is not _SOME:
-            weighed[:, 0] = _beside(soup, outlines, views)[:, 0]
-        return weighed
-
+    """Cut back what sticks out, as ``weigh`` tells, until what is left in all is ``enough``."""
     steps = _steps(triangles, weigh)
     low, high = 0, len(steps)
     while high - low > 1:  # each step leaves less
@@ -167,29 +193,3 @@ def _cut_back(triangles: FloatArray) -> FloatArray:
         forms[:, 3 + corner, others] += _STEP * (here[:, None] - ends)
     forms[:, 6] = triangles[:, :1]
     return forms
-
-
-def _beside(triangles: FloatArray, outlines: Outlines, views: _Views) -> FloatArray:
-    """What each sticks out by, and covers, as :data:`_Weigh` has it, in some views."""
-    return _weighed(
-        triangles, np.ascontiguousarray(outlines.projections[views]),
-        np.ascontiguousarray(outlines.wide[views]), outlines.pixels[views],
-    )  # fmt: skip
-
-
-def _weighed(
-    triangles: FloatArray, projections: FloatArray, masks: MaskArray, pixels: NDArray[np.int64]
-) -> FloatArray:
-    """As :data:`_Weigh`, where the fault is to cover what is not in the ``masks``.
-
-    ``pixels``  (V,) of the original.
-    """
-    weights = 1.0 / np.maximum(pixels, 1) / len(pixels)
-    by_number = np.ascontiguousarray(triangles.transpose(0, 2, 1))
-    weighed = np.empty((len(triangles), 2))
-
-    def weigh(begin: int, end: int) -> None:
-        weigh_each(by_number, projections, masks, weights, begin, end, weighed)
-
-    run_chunks(weigh, len(triangles))
-    return weighed

@@ -35,9 +35,6 @@ from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
 FINE_VIEWS = 12
 """Views that decide between what was found and the starts."""
 
-OUTLINES = 32
-"""Views that overhang and front are judged in."""
-
 MANY = 64
 """Triangles above which each may stick out by less."""
 
@@ -92,7 +89,7 @@ class Original:
     @cached_property
     def outlines(self) -> Outlines:
         """What tells searches how far they stick out; they do not see these pictures."""
-        lines = self.lines(OUTLINES)
+        lines = self.lines(self.options.refine.outlines)
         depths = self.depths(lines, _FRONT)
         return Outlines.of(*self.mesh, lines, self.drawn, depths, self.device)
 

@@ -14,7 +14,7 @@ from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import Solid
-from simplifier.kernels.threads import Ahead
+from simplifier.kernels.threads import Ahead, run_each
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.finalists import MUCH, OUTLINE, Judge, Outlines
@@ -336,11 +336,11 @@ def _searched(
     aims, seed = run.options.refine, run.options.seed
     looks, views = run.looks, run.looks.views
     room = looks.room_for(budget)
-    starts = [pull_into(run.start, room)]
-    if run.decimated:
-        starts += looks.surfaces.decimated(budget, room)
     judged = run.judged
     in_detail = judged and run.in_detail
+
+    def decimated() -> list[FloatArray]:
+        return looks.surfaces.decimated(budget, room) if run.decimated else []
 
     def detailed(*rooms: Room) -> list[FloatArray]:
         return looks.surfaces.fine(budget, rooms) if in_detail else []
@@ -349,9 +349,14 @@ def _searched(
         """What is thin sticks out by little, however far it is moved: all of the room is for it."""
         return detailed(room, looks.room)
 
+    def simple() -> list[FloatArray]:
+        return detailed(looks.room) if run.simple else []
+
+    # At the same time, since each leaves a core idle.
+    others, whole = run_each(lambda make: make(), (decimated, simple))
+    starts = [pull_into(run.start, room), *others]
     # Of simple meshes it may leave nothing to search for.
-    if in_detail and run.simple:
-        whole = detailed(looks.room)
+    if whole:
         worths = run.judge.worths(whole)
         best = whole[worths.index(max(worths))]
         if max(worths) >= FLAWLESS:

@@ -41,6 +41,7 @@ RANGES = [
     (RefineOptions, "overcover", 0.0, 100.0),
     (RefineOptions, "precision", 0.0, 1.0),
     (RefineOptions, "views", 1, 4096),
+    (RefineOptions, "outlines", 1, 4096),
     (RefineOptions, "rounds", 1, 20),
     (Options, "seed", 0, 2**63 - 1),
 ]

@@ -333,75 +333,119 @@ def _searched(
 ) -> tuple[list[FloatArray], Refined, bool]:
     """What searches have found, where that was judged; the best; and whether fewer triangles may
     do better."""
-    aims, seed = run.options.refine, run.options.seed
-    looks, views = run.looks, run.looks.views
-    room = looks.room_for(budget)
-    judged = run.judged
-    in_detail = judged and run.in_detail
-
-    def decimated() -> list[FloatArray]:
-        return looks.surfaces.decimated(budget, room) if run.decimated else []
-
-    def detailed(*rooms: Room) -> list[FloatArray]:
-        return looks.surfaces.fine(budget, rooms) if in_detail else []
-
-    def spare() -> list[FloatArray]:
-        """What is thin sticks out by little, however far it is moved: all of the room is for it."""
-        return detailed(room, looks.room)
-
-    def simple() -> list[FloatArray]:
-        return detailed(looks.room) if run.simple else []
-
-    # At the same time, since each leaves a core idle.
-    others, whole = run_each(lambda make: make(), (decimated, simple))
-    starts = [pull_into(run.start, room), *others]
-    # Of simple meshes it may leave nothing to search for.
-    if whole:
-        worths = run.judge.worths(whole)
-        best = whole[worths.index(max(worths))]
-        if max(worths) >= FLAWLESS:
-            words = "The mesh in fewer triangles hides nearly all of it, so nothing was searched."
-            return [], Refined(best, looks.room.bound, words), False
-        if max(worths) > 0.0 and run.deadline.left < _JUDGED_SECONDS:
-            words = "The mesh in fewer triangles was kept, since no time was left to search."
-            return [], Refined(best, looks.room.bound, words), False
+    aims, seed, views = run.options.refine, run.options.seed, run.looks.views
+    task = _Task.of(run, budget)
+    starts, whole = task.starts_and_whole()
+    kept = _kept_whole(whole, run) if whole else None
+    if kept is not None:
+        return [], kept, False
     first = _FIRST if run.divided else 1.0
     middle = begin + first * (end - begin)
     found = refine(
-        starts, room, views, budget, aims, seed, run.tell(begin, middle), run.time_for(first),
-        run.outlines,
+        starts, task.room, views, budget, aims, seed, run.tell(begin, middle),
+        run.time_for(first), run.outlines,
     )  # fmt: skip
     begun = _listed(_STARTS[: len(starts)])
     searched = f"The occluder was found by searches that began with {begun}."
-    if not judged:
-        return [], Refined((found or starts)[0], room.bound, searched), False
-    judge = run.judge
-    # The mesh itself in full detail may be best, which no search has begun with.
-    if budget <= MANY and _asks_for_detail(run.simple, found, starts, judge):
-        best = judge.best_of([*found, *starts], lambda: detailed(looks.room), 1.0)
-    else:
-        best = judge.best_of([*found, *starts], spare, MUCH if budget <= MANY else 1.0)
-    better = None
+    if not task.judged:
+        return [], Refined((found or starts)[0], task.room.bound, searched), False
+    best = task.best_of(found, starts)
+    again = None
     if run.divided and not run.cancelled():
-        better = search_again(
-            found, best, room, views, judge, budget, aims, seed, run.tell(middle, end),
+        again = search_again(
+            found, best, task.room, views, run.judge, budget, aims, seed, run.tell(middle, end),
             run.time_for(1.0),
         )  # fmt: skip
-        if better is not None:
-            best = better[0]
-            found = [*found, best]
-    doubtful = is_doubtful(found, best, judge)
-    if better is not None:
-        words = f"{searched[:-1]}, and by another in less room."
-        return found, Refined(best, better[1].bound, words), doubtful
-    if any(best is one for one in found):
-        return found, Refined(best, room.bound, searched), doubtful
-    if len(best) == 0:
-        words = "All that was found would hide too much wrongly, so the occluder is empty."
-        return found, Refined(best, room.bound, words), doubtful
-    names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
-    words = f"No search did better than {(*names, _DETAILED)[0]}, which became the occluder."
-    return found, Refined(best, room.bound if names else looks.room.bound, words), doubtful
+    if again is None:
+        refined = task.refined(best, found, starts, searched)
+    else:
+        best, room = again
+        found = [*found, best]
+        refined = Refined(best, room.bound, f"{searched[:-1]}, and by another in less room.")
+    return found, refined, is_doubtful(found, best, run.judge)
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """To search for at most ``budget`` triangles in a ``room``.
+
+    ``judged``     whether there is time to judge what is found.
+    ``in_detail``  and whether the mesh in full detail is judged, too.
+    """
+
+    run: _Run
+    budget: int
+    room: Room
+    judged: bool
+    in_detail: bool
+
+    @classmethod
+    def of(cls, run: _Run, budget: int) -> _Task:
+        judged = run.judged
+        return cls(run, budget, run.looks.room_for(budget), judged, judged and run.in_detail)
+
+    def starts_and_whole(self) -> tuple[list[FloatArray], list[FloatArray]]:
+        """What searches begin with, sections first; and of a simple mesh all of it in fewer
+        triangles, which may leave nothing to search for.
+
+        Surfaces are decimated at the same time, since each leaves a core idle.
+        """
+        run, surfaces = self.run, self.run.looks.surfaces
+
+        def decimated() -> list[FloatArray]:
+            return surfaces.decimated(self.budget, self.room) if run.decimated else []
+
+        def whole() -> list[FloatArray]:
+            return self.detailed(run.looks.room) if run.simple else []
+
+        others, simple = run_each(lambda make: make(), (decimated, whole))
+        return [pull_into(run.start, self.room), *others], simple
+
+    def detailed(self, *rooms: Room) -> list[FloatArray]:
+        """The mesh in full detail and fewer triangles, in each room."""
+        return self.run.looks.surfaces.fine(self.budget, rooms) if self.in_detail else []
+
+    def best_of(self, found: Sequence[FloatArray], starts: Sequence[FloatArray]) -> FloatArray:
+        """What the judge chooses, of the mesh in full detail as well, which no search has begun
+        with, where that may be best."""
+        judge, whole = self.run.judge, self.run.looks.room
+        soups, few = [*found, *starts], self.budget <= MANY
+        if few and _asks_for_detail(self.run.simple, found, starts, judge):
+            return judge.best_of(soups, lambda: self.detailed(whole), 1.0)
+        # What is thin sticks out by little, however far it is moved: all of the room is for it.
+        return judge.best_of(soups, lambda: self.detailed(self.room, whole), MUCH if few else 1.0)
+
+    def refined(
+        self,
+        best: FloatArray,
+        found: Sequence[FloatArray],
+        starts: Sequence[FloatArray],
+        searched: str,
+    ) -> Refined:
+        """The best one, and what it is; ``searched`` says how the rest was ``found``."""
+        if any(best is one for one in found):
+            return Refined(best, self.room.bound, searched)
+        if len(best) == 0:
+            words = "All that was found would hide too much wrongly, so the occluder is empty."
+            return Refined(best, self.room.bound, words)
+        names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
+        words = f"No search did better than {(*names, _DETAILED)[0]}, which became the occluder."
+        room = self.room if names else self.run.looks.room
+        return Refined(best, room.bound, words)
+
+
+def _kept_whole(whole: Sequence[FloatArray], run: _Run) -> Refined | None:
+    """The best of the mesh in full detail, where there is nothing or no time to search for."""
+    worths = run.judge.worths(whole)
+    worth, bound = max(worths), run.looks.room.bound
+    best = whole[worths.index(worth)]
+    if worth >= FLAWLESS:
+        words = "The mesh in fewer triangles hides nearly all of it, so nothing was searched."
+        return Refined(best, bound, words)
+    if worth > 0.0 and run.deadline.left < _JUDGED_SECONDS:
+        words = "The mesh in fewer triangles was kept, since no time was left to search."
+        return Refined(best, bound, words)
+    return None
 
 
 def _asks_for_detail(

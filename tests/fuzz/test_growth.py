@@ -25,7 +25,7 @@ def test_what_was_steep_is_not(name: str, tmp_path: Path) -> None:
 
 def test_growth_is_seen(tmp_path: Path) -> None:
     def read(path: Path) -> None:
-        data = path.read_bytes()[::64]
+        data = path.read_bytes()[::16]  # dear on any machine
         sum(one == other for one in data for other in data)
 
     steep = growth_of(

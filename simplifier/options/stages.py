@@ -227,10 +227,19 @@ class Effort:
 
 
 PRESETS: dict[Preset, Effort] = {
-    "draft": Effort(SectionOptions(directions=16, depths=3), 0, 4_830, 64, 20, 7, False),
-    "balanced": Effort(SectionOptions(directions=32, depths=4), 0, 22_800, 144, 32, 10, True),
-    "best": Effort(SectionOptions(directions=128, depths=4), 8, 140_000, 144, 32, 10, True),
-}
+    "draft": Effort(
+        SectionOptions(directions=16, depths=3), exchanges=0,
+        moves=4_830, views=64, outlines=20, rounds=7, decimated=False,
+    ),
+    "balanced": Effort(
+        SectionOptions(directions=32, depths=4), exchanges=0,
+        moves=22_800, views=144, outlines=32, rounds=10, decimated=True,
+    ),
+    "best": Effort(
+        SectionOptions(directions=128, depths=4), exchanges=8,
+        moves=140_000, views=144, outlines=32, rounds=10, decimated=True,
+    ),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)

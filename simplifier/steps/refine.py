@@ -393,13 +393,16 @@ class _Task:
         run, surfaces = self.run, self.run.looks.surfaces
 
         def decimated() -> list[FloatArray]:
-            return surfaces.decimated(self.budget, self.room) if run.decimated else []
+            return surfaces.decimated(self.budget, self.room)
 
         def whole() -> list[FloatArray]:
-            return self.detailed(run.looks.room) if run.simple else []
+            return self.detailed(run.looks.room)
 
-        others, simple = run_each(lambda make: make(), (decimated, whole))
-        return [pull_into(run.start, self.room), *others], simple
+        wanted = {decimated: run.decimated, whole: self.in_detail and run.simple}
+        makers = [maker for maker, is_wanted in wanted.items() if is_wanted]
+        made = dict(zip(makers, run_each(lambda make: make(), makers), strict=True))
+        starts = [pull_into(run.start, self.room), *made.get(decimated, [])]
+        return starts, made.get(whole, [])
 
     def detailed(self, *rooms: Room) -> list[FloatArray]:
         """The mesh in full detail and fewer triangles, in each room."""

@@ -97,3 +97,12 @@ class Room:
     def cells(self) -> BoolArray:
         """(nx, ny, nz) bool: those with any room in them."""
         return np.asarray(self.least <= self.limit)
+
+    @cached_property
+    def cells_before(self) -> NDArray[np.int64]:
+        """(nx ny + 1,) cells with room in the columns along z before each one, and in all.
+
+        A table of the cells themselves would take more memory than all else in a fine grid.
+        """
+        counts = np.count_nonzero(self.cells, axis=2).ravel()
+        return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)

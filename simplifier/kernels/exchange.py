@@ -15,6 +15,7 @@ from simplifier.kernels.measure import draw_polygon, draw_ring, gather_ring
 
 _STRIDE = 4  # a coarse score looks at every fourth view
 _DOUBT = 0.75  # and may fall short of the true one by this factor
+_BLOCK = 32  # pairs, of which the best is known
 _SHORTLIST = 16  # polygons whose levels are scored in full after something was taken out
 
 
@@ -79,6 +80,39 @@ def _unite(shapes, standing, taken, drawn, images, union, view_scores):
 
 
 @inner_kernel
+def _weigh_pairs(pairs, gains, taken, left, weights, worths):
+    """Fill ``worths`` (k,): what each pair gains, weighted by what it costs; 0 where it adds
+    nothing, or too much."""
+    polygons, levels, _ = pairs
+    for pair in range(len(polygons)):
+        cost = levels[pair] - taken[polygons[pair]]
+        fits = cost > 0 and cost <= left
+        worths[pair] = gains[pair] * weights[cost] if fits else 0.0
+
+
+@inner_kernel
+def _find_peak(worths, block, peaks):
+    """Write the largest worth of a block of pairs."""
+    most = 0.0
+    for pair in range(block * _BLOCK, min((block + 1) * _BLOCK, len(worths))):
+        most = max(most, worths[pair])
+    peaks[block] = most
+
+
+@inner_kernel
+def _best_pair(worths, peaks):
+    """The first pair of the largest worth; -1 where none is worth anything."""
+    most, block = 0.0, -1
+    for other in range(len(peaks)):
+        if peaks[other] > most:
+            most, block = peaks[other], other
+    pair = block * _BLOCK
+    while block >= 0 and worths[pair] != most:
+        pair += 1
+    return pair if block >= 0 else -1
+
+
+@inner_kernel
 def _fill(
     shapes, standing, pairs, gains, taken, drawn, images, union, view_scores, limits, scratch, halt,
 ):  # fmt: skip
@@ -90,32 +124,39 @@ def _fill(
     budget, alpha, weights = limits
     total = np.sum(view_scores)
     fresh = np.zeros(len(polygons), np.bool_)
+    worths = np.empty(len(polygons))
+    peaks = np.empty((len(polygons) + _BLOCK - 1) // _BLOCK)
+    bar = 0.0  # the best worth of those that are up to date: no other needs to beat more
     left = budget - np.sum(taken)
+    changed = True
     while left > 0 and not halt[0]:
-        # The best pair, and the best of those that are up to date: no other needs to beat more.
-        best = -1
-        best_worth = 0.0
-        bar = 0.0
-        for pair in range(len(polygons)):
-            cost = levels[pair] - taken[polygons[pair]]
-            if cost > 0 and cost <= left:
-                worth = gains[pair] * weights[cost]
-                if worth > best_worth:
-                    best = pair
-                    best_worth = worth
-                if worth > bar and fresh[pair]:
-                    bar = worth
+        if changed:
+            _weigh_pairs(pairs, gains, taken, left, weights, worths)
+            for block in range(len(peaks)):
+                _find_peak(worths, block, peaks)
+            bar = 0.0
+            for pair in range(len(fresh)):
+                if fresh[pair]:
+                    bar = max(bar, worths[pair])
+            changed = False
+        best = _best_pair(worths, peaks)
         if best < 0:
             break
         polygon, level = polygons[best], levels[best]
         before = taken[polygon]
         if not fresh[best]:
+            weight = weights[level - before]
             gains[best], fresh[best] = _refresh_gain(
-                shapes, polygon, level, union, view_scores, weights[level - before], bar, scratch
-                )  # fmt: skip
+                shapes, polygon, level, union, view_scores, weight, bar, scratch
+            )
+            worths[best] = gains[best] * weight
+            _find_peak(worths, best // _BLOCK, peaks)
+            if fresh[best]:
+                bar = max(bar, worths[best])
             continue
         if gains[best] < alpha * total:
             break
+        changed = True
         taken[polygon] = level
         after = _unite(shapes, standing, taken, drawn, images, union, view_scores)
         if after <= total:  # another level that uncovers as much as it covers

@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 
 from simplifier.checks import check_above_zero
 from simplifier.control_groups import MEMBERSHIP, ROOT, memory_limits
@@ -103,7 +104,12 @@ def _round_up(gib: float) -> str:
 
 def machine_memory() -> int:
     """Bytes: the machine's memory, or the least limit of the control groups of this process."""
-    return min([_installed_bytes(), *memory_limits(ROOT, MEMBERSHIP)])
+    return min([_installed_bytes(), *_group_limits()])
+
+
+@cache
+def _group_limits() -> tuple[int, ...]:
+    return tuple(memory_limits(ROOT, MEMBERSHIP))
 
 
 def _installed_bytes() -> int:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import mapbox_earcut
@@ -31,14 +32,26 @@ _GRID = 0.125  # of the tolerance: what corners are rounded to, so that edges me
 class PlaneGroup:
     """Triangles of one plane.
 
-    ``which``   (k,) int64 of the triangles, the largest first.
-    ``origin``  (3,) a point of the plane.
-    ``axes``    (2, 3) orthonormal along it, counter-clockwise as the largest triangle is wound.
+    ``which``    (k,) int64 of the triangles, the largest first.
+    ``largest``  (3, 3) that one.
+    ``normal``   (3,) its unit normal.
     """
 
     which: NDArray[np.int64]
-    origin: FloatArray
-    axes: FloatArray
+    largest: FloatArray
+    normal: FloatArray
+
+    @property
+    def origin(self) -> FloatArray:
+        """(3,) a point of the plane."""
+        return np.asarray(self.largest[0])
+
+    @cached_property
+    def axes(self) -> FloatArray:
+        """(2, 3) orthonormal along it, counter-clockwise as the largest triangle is wound."""
+        along = self.largest[1] - self.origin
+        along = along / np.linalg.norm(along)
+        return np.array([along, np.cross(self.normal, along)])
 
 
 def group_by_plane(triangles: FloatArray, tolerance: float, most: int) -> list[PlaneGroup] | None:
@@ -58,9 +71,7 @@ def group_by_plane(triangles: FloatArray, tolerance: float, most: int) -> list[P
         origin, normal = triangles[largest, 0], normals[largest] / lengths[largest]
         on = (np.abs((triangles[left] - origin) @ normal) <= tolerance).all(axis=1)
         on[0] = True  # whatever rounding says of a sliver
-        along = triangles[largest, 1] - origin
-        along = along / np.linalg.norm(along)
-        groups.append(PlaneGroup(left[on], origin, np.array([along, np.cross(normal, along)])))
+        groups.append(PlaneGroup(left[on], triangles[largest], normal))
         left = left[~on]
     return groups
 

@@ -106,15 +106,6 @@ def by_looks(projections: FloatArray) -> FloatArray:
     return projections[np.argsort(after, kind="stable")]
 
 
-def cells_before(room: Room) -> NDArray[np.int64]:
-    """(nx ny + 1,) cells with room in the columns along z before each one, and in all.
-
-    A table of the cells themselves would take more memory than all else in a fine grid.
-    """
-    counts = np.count_nonzero(room.cells, axis=2).ravel()
-    return np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
-
-
 @dataclass(frozen=True, eq=False)
 class Prices:
     """What hiding too much costs, in sixteenths, as :mod:`simplifier.kernels.soup_views` counts.
@@ -127,6 +118,31 @@ class Prices:
     measure: int
     fines: NDArray[np.int64] | int = 0
     tolls: NDArray[np.int64] | int = 0
+
+    def by_view(self, count: int) -> NDArray[np.int64]:
+        """(count, 2) the fine and the toll of each view."""
+        both = np.empty((count, 2), dtype=np.int64)
+        both[:, 0], both[:, 1] = self.fines, self.tolls
+        return both
+
+
+def score(triangles: FloatArray, views: RefineViews, prices: Prices) -> int:
+    """What triangles (m, 3, 3) score, as a search that begins with them does."""
+    union = views.standing()
+    draw_union(triangles, views.projections, views.depths.arrays(), union)
+    return _sum_scores(union, views, prices)
+
+
+def score_of_original(views: RefineViews, prices: Prices) -> int:
+    """What the original itself would score, 1 at least."""
+    return max(_sum_scores(views.originals, views, prices), 1)
+
+
+def _sum_scores(unions: Images, views: RefineViews, prices: Prices) -> int:
+    count = len(views.projections)
+    scores = np.empty(count, dtype=np.int64)
+    fines = prices.by_view(count)
+    return int(score_unions(unions, views.originals, prices.measure, fines, scores))
 
 
 def pull_each(triangles: FloatArray, room: Room) -> tuple[FloatArray, BoolArray]:
@@ -161,7 +177,7 @@ class Annealing:
     ) -> None:
         count = len(views.projections)
         self._room, self._views, self._depths = room, views, views.depths.arrays()
-        self._before, self._heat = cells_before(room), heat
+        self._heat = heat
         self._price, self._fines = -1, np.zeros((count, 2), dtype=np.int64)
         self._set(prices)
         self._start = triangles
@@ -170,7 +186,7 @@ class Annealing:
         self._standing = views.standing()
         self._images, self._layers = empty_pictures(len(triangles), count, views.rows)
         self._scores = np.zeros(count, dtype=np.int64)
-        self._whole = float(max(self._score(views.originals, self._scores), 1))
+        self._whole = float(score_of_original(views, prices))
         self.work = np.zeros(2, dtype=np.int64)
         self._best = self._triangles.copy()
         self._best_score = np.array([self._draw()], dtype=np.int64)
@@ -202,7 +218,7 @@ class Annealing:
         anneal(
             self._triangles, self._views.projections, self._depths,
             self._views.originals,
-            self._price, self._fines, self._room.voxels, self._before,
+            self._price, self._fines, self._room.voxels, self._room.cells_before,
             self._images, self._layers, self._scores, self._best, self._best_score,
             self._state, _looks(len(self._scores)), moves, shares, steps, heats, self.work,
         )  # fmt: skip
@@ -210,16 +226,16 @@ class Annealing:
     def reprice(self, prices: Prices) -> None:
         """Go on with other prices; the best yet is judged anew."""
         if self._set(prices):
-            best = self._fresh(self._best)
             now = self._score(self._union(), self._scores)
+            is_best = np.array_equal(self._best, self._triangles)
+            best = now if is_best else self._fresh(self._best)
             self._best_score[0] = max(best, now)
             if now >= best:
                 self._best[:] = self._triangles
 
     def _set(self, prices: Prices) -> bool:
         """Whether these are others than before."""
-        fines = np.empty_like(self._fines)
-        fines[:, 0], fines[:, 1] = prices.fines, prices.tolls
+        fines = prices.by_view(len(self._fines))
         if prices.measure == self._price and np.array_equal(fines, self._fines):
             return False
         self._price, self._fines = prices.measure, fines
@@ -230,7 +246,7 @@ class Annealing:
 
         In place of one that cannot be, another is copied; it is soon put elsewhere.
         """
-        self._room, self._before = room, cells_before(room)
+        self._room = room
         drawn, inside = pull_each(self._triangles, room)
         if inside.any():
             others = np.flatnonzero(inside)

@@ -33,6 +33,8 @@ from simplifier.refinement.annealing import (
     Prices,
     RefineViews,
     pull_each,
+    score,
+    score_of_original,
 )
 from simplifier.refinement.finalists import DEAREST, Outlines
 
@@ -103,7 +105,8 @@ def hidden_share(
     drawn = pull_into(triangles, room)
     if len(drawn) == 0:
         return 0.0
-    return Annealing(drawn, room, views, Bargain(options, views, None, room).prices, 0).measure
+    prices = Bargain(options, views, None, room).prices
+    return max(score(drawn, views, prices) / score_of_original(views, prices), 0.0)
 
 
 def _begin_searches(
@@ -123,7 +126,7 @@ def _begin_searches(
         return Annealing(soup, room, views, prices, seed * count + index, heat)
 
     others = soups[1:] if count > 1 else []
-    scores = [one.score for one in run_each(search, [(soup, 0) for soup in others])]
+    scores = run_each(lambda soup: score(soup, views, prices), others)
     best_first = sorted(range(len(others)), key=lambda one: -scores[one])
     ranked = [soups[0], *(others[one] for one in best_first)]
     return run_each(search, [(ranked[index % len(ranked)], index) for index in range(count)])

@@ -10,6 +10,7 @@ Using Volumetric Techniques" (2003), section 4.
 
 from __future__ import annotations
 
+from functools import cache
 from itertools import permutations, product
 
 import numpy as np
@@ -187,20 +188,26 @@ def seen_from(touched: BoolArray, candidates: BoolArray, eyes: FloatArray) -> Bo
 
 def lines_of_sight(shape: tuple[int, ...], up: int | None) -> tuple[FloatArray, Looks]:
     """Frames (a, 12) as in :mod:`simplifier.kernels.sight`, and who looks along them (a, 2)."""
-    low = np.array([1.0, 0.0, 0.0])
-    u = np.cross(low, _SPREAD)
-    u /= np.linalg.norm(u, axis=1, keepdims=True)
-    d = _SPREAD / np.linalg.norm(_SPREAD, axis=1, keepdims=True)
-    base = np.stack([u, np.cross(d, u), d], axis=1)
-    turned = np.stack([base @ turn.T for turn in _turns()])
-    frames = np.empty((turned.shape[0] * turned.shape[1], FRAME))
-    frames[:, :9] = turned.reshape(-1, 9)
+    axes = _axes()
+    frames = np.empty((len(axes), FRAME))
+    frames[:, :9] = axes
     frames[:, 9:] = np.array(shape) / 2.0
     senses = np.ones((len(frames), 2), dtype=np.uint8)
     if up is not None:
         rise = frames[:, 6 + up]
         senses[:, 0], senses[:, 1] = rise <= 0.0, rise >= 0.0
     return frames, senses
+
+
+@cache
+def _axes() -> FloatArray:
+    """(a, 9) rows u, v, d of each line: two across it, and the one along it."""
+    low = np.array([1.0, 0.0, 0.0])
+    u = np.cross(low, _SPREAD)
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    d = _SPREAD / np.linalg.norm(_SPREAD, axis=1, keepdims=True)
+    base = np.stack([u, np.cross(d, u), d], axis=1)
+    return np.stack([base @ turn.T for turn in _turns()]).reshape(-1, 9)
 
 
 def _turns() -> list[FloatArray]:

@@ -20,7 +20,7 @@ from simplifier.kernels.annealing import (
 )
 from simplifier.kernels.coverage import coverage_masks
 from simplifier.kernels.soup_views import UNIT, all_contained
-from simplifier.refinement.annealing import Annealing, Prices, RefineViews, cells_before
+from simplifier.refinement.annealing import Annealing, Prices, RefineViews
 from tests.kernels.bits import blob, packed, unpacked
 from tests.pictures import sphere_projections
 
@@ -108,7 +108,7 @@ def test_corners_are_drawn_until_they_are_in_the_room():
     room = Room.of(two_balls())
     there, trial = np.tile(PARTS[0], (1, 3, 1)), np.zeros((3, 3))
     there[0] += [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
-    state, before = np.array([7], np.uint64), cells_before(room)
+    state, before = np.array([7], np.uint64), room.cells_before
     inside = 0
     for _ in range(400):
         _place_anywhere(there, room.voxels, before, 0.3 * SIZE, state, trial)

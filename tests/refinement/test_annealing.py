@@ -24,7 +24,6 @@ from simplifier.refinement.annealing import (
     RefineViews,
     _looks,
     by_looks,
-    cells_before,
 )
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from tests.refinement.soups import ball, crossed_quads, score, views_of
@@ -197,7 +196,7 @@ def test_an_original_that_hides_nothing_has_a_measure_of_nothing():
 
 def test_cells_with_room_are_counted_before_each_column():
     allowed = ball(3.0)
-    before = cells_before(Room.of(allowed))
+    before = Room.of(allowed).cells_before
     assert before[0] == 0
     assert before[-1] == allowed.sum()
     assert np.array_equal(np.diff(before).reshape(allowed.shape[:2]), allowed.sum(axis=2))

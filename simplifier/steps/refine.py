@@ -14,7 +14,7 @@ from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import Solid
-from simplifier.kernels.threads import Ahead, run_each
+from simplifier.kernels.threads import Ahead, run_each, thread_count
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.finalists import MUCH, OUTLINE, Judge, Outlines
@@ -388,7 +388,8 @@ class _Task:
         """What searches begin with, sections first; and of a simple mesh all of it in fewer
         triangles, which may leave nothing to search for.
 
-        Surfaces are decimated at the same time, since each leaves a core idle.
+        Surfaces are decimated at the same time, since each leaves a core idle.  So what the judge
+        mostly asks for later is begun here as well, where there is a core for it.
         """
         run, surfaces = self.run, self.run.looks.surfaces
 
@@ -396,9 +397,13 @@ class _Task:
             return surfaces.decimated(self.budget, self.room)
 
         def whole() -> list[FloatArray]:
-            return self.detailed(run.looks.room)
+            if run.simple:
+                return self.detailed(run.looks.room)
+            if run.decimated and thread_count() > 1:
+                surfaces.reduced(self.budget)
+            return []
 
-        wanted = {decimated: run.decimated, whole: self.in_detail and run.simple}
+        wanted = {decimated: run.decimated, whole: self.in_detail}
         makers = [maker for maker, is_wanted in wanted.items() if is_wanted]
         made = dict(zip(makers, run_each(lambda make: make(), makers), strict=True))
         starts = [pull_into(run.start, self.room), *made.get(decimated, [])]

@@ -7,7 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.kernels.exchange import _refresh_gain, search_cut
+from simplifier.kernels.exchange import (
+    _BLOCK,
+    _best_pair,
+    _find_peak,
+    _refresh_gain,
+    _weigh_pairs,
+    search_cut,
+)
 from simplifier.selection.candidates import Candidates
 from tests.selection import plain
 from tests.selection.scenes import projections, random_candidates, random_chains
@@ -106,6 +113,25 @@ def test_a_search_that_is_halted_takes_nothing():
     cut, score, filled = search(candidates, 30, exchanges=1_000_000_000, halt=1)
     assert (cut.sum(), score) == (0, 0)
     assert filled.sum() > 0
+
+
+@settings(max_examples=40, deadline=None)
+@given(seeds, st.integers(1, 3 * _BLOCK + 1), st.integers(0, 9))
+def test_the_best_of_blocks_is_the_first_of_the_best_of_all(seed, count, left):
+    rng = np.random.default_rng(seed)
+    polygons = np.sort(rng.integers(0, 1 + count // 4, count)).astype(np.int32)
+    levels, taken = rng.integers(1, 9, count).astype(np.int32), np.zeros(count, np.int32)
+    taken[:] = rng.integers(0, 4, count)
+    gains, weights = rng.integers(-1, 5, count), 1.0 / np.arange(1.0, 11.0)  # many are equal
+    worths, peaks = np.empty(count), np.empty(-(-count // _BLOCK))
+    _weigh_pairs((polygons, levels, np.zeros(1, np.int64)), gains, taken, left, weights, worths)
+    costs = levels - taken[polygons]
+    fits = (costs > 0) & (costs <= left)
+    assert np.array_equal(worths, np.where(fits, gains * weights[np.where(fits, costs, 0)], 0.0))
+    for block in range(len(peaks)):
+        _find_peak(worths, block, peaks)
+    best = _best_pair(worths, peaks)
+    assert best == (int(worths.argmax()) if worths.max() > 0.0 else -1)
 
 
 def test_a_promise_worth_as_much_as_the_bar_is_looked_at_in_full():

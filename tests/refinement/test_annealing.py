@@ -18,6 +18,7 @@ from simplifier.kernels.soup_views import (
     all_contained,
     draw_union,
 )
+from simplifier.refinement import annealing
 from simplifier.refinement.annealing import (
     Annealing,
     Prices,
@@ -153,6 +154,17 @@ def test_a_measure_is_a_share_of_the_originals_own():
     assert 0.0 < search.measure < 1.0
     poor = Annealing(crossed_quads(9.0), Room.of(ball()), views_of(SMALL), Prices(100 * UNIT), 0)
     assert poor.score < 0 == poor.measure
+
+
+def test_a_start_is_scored_as_by_a_search_that_begins_with_it():
+    allowed = ball()
+    views, prices = views_of(allowed), Prices(UNIT, 50)
+    for half in (2.0, 4.0, 7.0):
+        soup = crossed_quads(half)
+        search = Annealing(soup, Room.of(allowed), views, prices, 0)
+        assert annealing.score(soup, views, prices) == search.score
+        share = search.score / annealing.score_of_original(views, prices)
+        assert search.measure == max(share, 0.0)
 
 
 def test_no_result_scores_less_than_the_start():

@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.kernels.soup_views import all_contained
+from simplifier.refinement import starts as starts_module
 from simplifier.refinement.decimate import CLOSE, EVEN, decimate_into, decimated
 from simplifier.refinement.reduce import reduce_to
 from simplifier.refinement.starts import (
+    Surfaces,
     cluster_vertices,
     enclosed_start,
     weld_vertices,
@@ -86,6 +88,24 @@ def test_no_vertex_flies_off_where_planes_are_nearly_the_same():
     moved, _ = decimated(points, faces, room, 64, CLOSE)
     assert (moved - room.margin > points.min(axis=0) - 1.0).all()
     assert (moved - room.margin < points.max(axis=0) + 1.0).all()
+
+
+def test_a_surface_is_reduced_once_before_or_when_it_is_asked_for(monkeypatch):
+    mesh, made = rounded_box(rings=80), []
+    grid = fill(voxelize(mesh, 24))
+    room = coarse_room(grid, 1)
+    late = Surfaces(mesh, grid).fine(12, [room])
+    reduce = starts_module.reduce_to
+    monkeypatch.setattr(
+        starts_module, "reduce_to", lambda mesh, most: made.append(most) or reduce(mesh, most)
+    )
+    surfaces = Surfaces(mesh, grid)
+    surface, outline = surfaces.reduced(12)
+    assert len(surface[1]) <= made[0] < len(mesh.faces)
+    assert not outline.any()
+    assert all(np.array_equal(*pair) for pair in zip(surfaces.fine(12, [room]), late, strict=True))
+    surfaces.fine(12, [room])
+    assert len(made) == 1
 
 
 @settings(max_examples=30)

@@ -2,7 +2,8 @@
 
 The functions of a file keep their identity and get other code, so everyone who has imported them
 by name has the mutant at once; constants are set in every module that has imported them.  Kernels
-are such functions while numba's compiler is off.
+are such functions while numba's compiler is off.  What functions of the file remember of earlier
+calls is forgotten, before and after.
 """
 
 from __future__ import annotations
@@ -33,6 +34,22 @@ def functions_of(path: str) -> list[FunctionType]:
 @contextmanager
 def swapped(mutant: Mutant, module: ModuleType, functions: list[FunctionType]) -> Iterator[bool]:
     """The mutant stands in for its original; false where no such function has been defined."""
+    _forget(module)
+    try:
+        with _put_in(mutant, module, functions) as changed:
+            yield changed
+    finally:
+        _forget(module)
+
+
+def _forget(module: ModuleType) -> None:
+    for one in vars(module).values():
+        if hasattr(one, "cache_clear"):
+            one.cache_clear()
+
+
+@contextmanager
+def _put_in(mutant: Mutant, module: ModuleType, functions: list[FunctionType]) -> Iterator[bool]:
     if mutant.name is not None:
         with _constant(mutant, mutant.name, module):
             yield True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import importlib
 import os
 import sys
 from pathlib import Path
@@ -115,6 +116,22 @@ def test_a_mutant_is_seen_by_those_who_imported_its_original_and_leaves_no_trace
     assert {3.5, 4.0, 4.5} <= results
     assert imported(3.5, 1.5) == 3.5
     assert imported(0.0, 1.5) == 4.0
+
+
+def test_what_is_remembered_of_a_mutant_is_forgotten(tmp_path, monkeypatch):
+    """A mutant of a function that remembers survived, and one that was called failed all others."""
+    source = "from functools import cache\n\n\n@cache\ndef twice(one):\n    return 2 * one\n"
+    name = f"remembering_of_{os.getpid()}"
+    (tmp_path / f"{name}.py").write_text(source)
+    monkeypatch.syspath_prepend(tmp_path)
+    subject = importlib.import_module(name)
+    assert subject.twice(5) == 10
+    results = set()
+    for mutant in mutants(source):
+        with swapped(mutant, subject, functions_of(str(subject.__file__))):
+            results.add(subject.twice(5))
+        assert subject.twice(5) == 10
+    assert 15 in results
 
 
 def test_functions_are_found_though_all_that_was_collected_is_frozen():

@@ -167,6 +167,11 @@ def test_a_start_is_scored_as_by_a_search_that_begins_with_it():
         assert search.measure == max(share, 0.0)
 
 
+def test_prices_are_by_view():
+    tolls = np.arange(3, dtype=np.int64)
+    assert Prices(UNIT, 50, tolls).by_view(3).tolist() == [[50, 0], [50, 1], [50, 2]]
+
+
 def test_no_result_scores_less_than_the_start():
     """A start that is better than all that was found is the result; and at the price of the end."""
     start, views = crossed_quads(2.0), views_of(SMALL)
@@ -238,6 +243,17 @@ def test_in_another_room_triangles_are_drawn_in_or_copied():
     assert inside.all()
     assert search.score == search._fresh(search.current())
     assert np.array_equal(search.best(), search.current())
+
+
+def test_a_search_goes_on_in_another_room():
+    search = Annealing(crossed_quads(2.0), Room.of(ball()), views_of(ball()), Prices(1), 0)
+    narrow, inside = Room.of(ball(6.0)), np.zeros(6, dtype=np.bool_)
+    search.move_to(narrow)
+    before = search.current()
+    search.run(400 * TRIES, (0.0, 0.2))
+    assert (search.current() != before).any(axis=(1, 2)).all()
+    all_contained(search.current(), narrow.voxels, inside)
+    assert inside.all()
 
 
 def test_what_cannot_be_in_another_room_is_a_copy_of_what_can():
@@ -333,3 +349,10 @@ def test_looks_are_spread_evenly(count):
         assert sorted(order[:end]) == list(range(0, count, stride))
     assert looks[-1].tolist() == [count, 1]
     assert len(looks) == 1 or 16 <= looks[0, 0] <= 32
+
+
+def test_each_look_has_four_times_the_views_of_the_one_before_but_for_the_last():
+    assert _looks(31).tolist() == [[31, 1]]
+    assert _looks(32).tolist() == [[16, 2], [32, 1]]
+    assert _looks(128).tolist() == [[16, 8], [64, 2], [128, 1]]
+    assert _looks(256).tolist() == [[16, 16], [64, 4], [256, 1]]

@@ -106,10 +106,12 @@ def _best_pair(worths, peaks):
     for other in range(len(peaks)):
         if peaks[other] > most:
             most, block = peaks[other], other
+    if block < 0:
+        return -1
     pair = block * _BLOCK
-    while block >= 0 and worths[pair] != most:
+    while worths[pair] != most:
         pair += 1
-    return pair if block >= 0 else -1
+    return pair
 
 
 @inner_kernel

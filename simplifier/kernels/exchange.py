@@ -100,6 +100,20 @@ def _find_peak(worths, block, peaks):
 
 
 @inner_kernel
+def _rank(pairs, gains, fresh, taken, left, weights, worths, peaks):
+    """Weigh all pairs, and find the best of each block; return the best worth of those whose gain
+    is ``fresh``: no other needs to beat more."""
+    _weigh_pairs(pairs, gains, taken, left, weights, worths)
+    for block in range(len(peaks)):
+        _find_peak(worths, block, peaks)
+    bar = 0.0
+    for pair in range(len(fresh)):
+        if fresh[pair]:
+            bar = max(bar, worths[pair])
+    return bar
+
+
+@inner_kernel
 def _best_pair(worths, peaks):
     """The first pair of the largest worth; -1 where none is worth anything."""
     most, block = 0.0, -1
@@ -128,19 +142,9 @@ def _fill(
     fresh = np.zeros(len(polygons), np.bool_)
     worths = np.empty(len(polygons))
     peaks = np.empty((len(polygons) + _BLOCK - 1) // _BLOCK)
-    bar = 0.0  # the best worth of those that are up to date: no other needs to beat more
     left = budget - np.sum(taken)
-    changed = True
+    bar = _rank(pairs, gains, fresh, taken, left, weights, worths, peaks)
     while left > 0 and not halt[0]:
-        if changed:
-            _weigh_pairs(pairs, gains, taken, left, weights, worths)
-            for block in range(len(peaks)):
-                _find_peak(worths, block, peaks)
-            bar = 0.0
-            for pair in range(len(fresh)):
-                if fresh[pair]:
-                    bar = max(bar, worths[pair])
-            changed = False
         best = _best_pair(worths, peaks)
         if best < 0:
             break
@@ -158,18 +162,17 @@ def _fill(
             continue
         if gains[best] < alpha * total:
             break
-        changed = True
         taken[polygon] = level
         after = _unite(shapes, standing, taken, drawn, images, union, view_scores)
         if after <= total:  # another level that uncovers as much as it covers
             taken[polygon] = before
             gains[best] = -1
             _unite(shapes, standing, taken, drawn, images, union, view_scores)
-            continue
-        left -= level - before
-        total = after
-        for pair in range(len(fresh)):
-            fresh[pair] = False
+        else:
+            left -= level - before
+            total = after
+            fresh[:] = False
+        bar = _rank(pairs, gains, fresh, taken, left, weights, worths, peaks)
     return total
 
 

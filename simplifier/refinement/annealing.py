@@ -128,21 +128,27 @@ class Prices:
 
 def score(triangles: FloatArray, views: RefineViews, prices: Prices) -> int:
     """What triangles (m, 3, 3) score, as a search that begins with them does."""
-    union = views.standing()
-    draw_union(triangles, views.projections, views.depths.arrays(), union)
-    return _sum_scores(union, views, prices)
+    fines = prices.by_view(len(views.projections))
+    return _drawn_score(triangles, views, views.standing(), prices.measure, fines)
 
 
 def score_of_original(views: RefineViews, prices: Prices) -> int:
     """What the original itself would score, 1 at least."""
-    return max(_sum_scores(views.originals, views, prices), 1)
+    scores = np.empty(len(views.projections), dtype=np.int64)
+    fines = prices.by_view(len(scores))
+    return max(
+        int(score_unions(views.originals, views.originals, prices.measure, fines, scores)), 1
+    )
 
 
-def _sum_scores(unions: Images, views: RefineViews, prices: Prices) -> int:
-    count = len(views.projections)
-    scores = np.empty(count, dtype=np.int64)
-    fines = prices.by_view(count)
-    return int(score_unions(unions, views.originals, prices.measure, fines, scores))
+def _drawn_score(
+    triangles: FloatArray, views: RefineViews, standing: Images, price: int,
+    fines: NDArray[np.int64],
+) -> int:  # fmt: skip
+    """Of triangles (m, 3, 3) beside what is ``standing``, of which a copy is drawn into."""
+    union, scores = standing.copy(), np.empty(len(standing), dtype=np.int64)
+    draw_union(triangles, views.projections, views.depths.arrays(), union)
+    return int(score_unions(union, views.originals, price, fines, scores))
 
 
 def pull_each(triangles: FloatArray, room: Room) -> tuple[FloatArray, BoolArray]:
@@ -307,9 +313,7 @@ class Annealing:
 
     def _fresh(self, triangles: FloatArray) -> int:
         """The score of other triangles at the present prices."""
-        union = self._standing.copy()
-        draw_union(triangles, self._views.projections, self._depths, union)
-        return self._score(union, np.empty_like(self._scores))
+        return _drawn_score(triangles, self._views, self._standing, self._price, self._fines)
 
     def _union(self) -> Images:
         return self._layers[:, 0].copy()

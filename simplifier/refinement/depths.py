@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,7 +65,11 @@ class Depths:
 
     def arrays(self) -> tuple[FloatArray, NDArray[np.float32], NDArray[np.float32]]:
         """As :mod:`simplifier.kernels.soup_views` takes them."""
-        return self.away, self.limits, self.limits.max(axis=2, initial=-np.inf)
+        return self.away, self.limits, self._highest
+
+    @cached_property
+    def _highest(self) -> NDArray[np.float32]:
+        return np.asarray(self.limits.max(axis=2, initial=-np.inf))
 
 
 NO_DEPTHS = Depths(np.empty((0, 4)), np.empty((0, FRONT_ROWS, SIZE), dtype=np.float32))

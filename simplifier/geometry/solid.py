@@ -70,6 +70,14 @@ class Solid:
         """Voxels that are inside without touching a triangle, as a share of the solid."""
         return 1.0 - self.touched.count / self.filled.count
 
+    @property
+    def is_sheet(self) -> bool:
+        """Whether the surface encloses next to nothing."""
+        return self.enclosed_fraction < _SHEET
+
+
+_SHEET = 0.01  # of the solid: what a sheet may enclose
+
 
 BoolArray = NDArray[np.bool_]
 

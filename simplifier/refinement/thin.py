@@ -10,24 +10,28 @@ import numpy as np
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.kernels.thin import border_places, crack_triangles, gather_first, whole_faces
 
-CELLS = 192
-"""Along the longest edge: a third of a pixel of a picture, so outlines shrink by less than that."""
+FINE = 192
+"""Cells along the longest edge, each a third of a pixel of the search's pictures."""
+
+COARSE = 144
+"""For a draft: just over half of the triangles, which hide as much where a surface is closed.  The
+border of an open one is drawn in by up to a cell, and a terrain's costs it two points of recall."""
 
 _LEAST = 50_000  # triangles below which drawing them all takes no longer
 
 
-def thinned(mesh: TriangleMesh) -> TriangleMesh:
-    """What is left when one vertex stands for all in its cell, a 192nd of the longest edge wide.
+def thinned(mesh: TriangleMesh, cells: int) -> TriangleMesh:
+    """What is left when one vertex stands for all in its cell, of so many along the longest edge.
 
-    Corners stay on the surface, so outlines do not grow, and a closed surface stays closed (vertex
-    clustering), one with T-junctions too: flat triangles close these.  A mesh of few faces is
-    returned as it is, and one that nothing would be left of.
+    Outlines shrink by less than a cell.  Corners stay on the surface, so outlines do not grow, and
+    a closed surface stays closed (vertex clustering), one with T-junctions too: flat triangles
+    close these.  A mesh of few faces is returned as it is, and one that nothing would be left of.
     """
     vertices, faces = mesh.vertices, mesh.faces
     if len(faces) < _LEAST:
         return mesh
     low, high = mesh.bounds
-    step = float((high - low).max()) / CELLS
+    step = float((high - low).max()) / cells
     numbers = np.zeros(((high - low) / step).astype(np.int64) + 1, dtype=np.int32)
     points, chosen = np.empty_like(vertices), np.empty(len(vertices), dtype=np.int32)
     count = gather_first(vertices, low, step, numbers, points, chosen)

@@ -40,7 +40,6 @@ _WORTHLESS = 0.1  # of recall less faults: with less, what hides wrongly is cut 
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST = 0.8  # of the time of two searches, when the first ends
 _LITTLE = 0.1  # of the original's score: sections of hills, rods and shells have less
-_SHEET = 0.01  # of the solid: what a sheet may enclose
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _OUTLINED_SECONDS = 0.2  # for finer pictures of up to 64 triangles, in which overhang is judged
 _JUDGED_SECONDS = 0.1  # and for a look at whether the search has come to anything
@@ -190,7 +189,7 @@ class _Run:
         enough = 0.0  # of the original's score, for sections to begin with alone
         if aims.decimated and in_time:
             enough = MUCH_BEGUN
-        elif _is_sheet(looks) or (has_room and deadline.left > _DECIMATED_SECONDS):
+        elif looks.original.solid.is_sheet or (has_room and deadline.left > _DECIMATED_SECONDS):
             enough = _LITTLE
         decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough
         several = in_time and (aims.decimated or decimated)
@@ -233,12 +232,12 @@ class _Run:
     def divided(self) -> bool:
         """Whether a search may follow the first, in less room: of a sheet within a time limit, too,
         all of which could be spent on triangles that only stick out."""
-        return self.several and (_is_sheet(self.looks) or not self.deadline.limited)
+        return self.several and (self.looks.original.solid.is_sheet or not self.deadline.limited)
 
     @property
     def judged(self) -> bool:
         """Whether there is time to judge what a search that begins now will find."""
-        least = _SHEET_SECONDS if _is_sheet(self.looks) else _JUDGED_SECONDS
+        least = _SHEET_SECONDS if self.looks.original.solid.is_sheet else _JUDGED_SECONDS
         return self.several or (self.deadline.limited and self.deadline.left > least)
 
     def time_for(self, share: float) -> Deadline | None:
@@ -248,11 +247,6 @@ class _Run:
         hurried = not self.several and self.judged and self.deadline.left <= _JUDGED_SECONDS
         closing = _HURRIED if hurried else _closing_share(self.several)
         return self.deadline.part(share * (1.0 - closing))
-
-
-def _is_sheet(looks: Looks) -> bool:
-    """Whether the mesh encloses next to nothing."""
-    return looks.original.solid.enclosed_fraction < _SHEET
 
 
 def _never_worse(run: _Run, budget: int, begin: float, end: float) -> Refined:

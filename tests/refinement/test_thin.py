@@ -11,16 +11,16 @@ from simplifier.geometry.views import BoundingSphere, image_axes, random_directi
 from simplifier.kernels.coverage import coverage_masks, unpack_masks
 from simplifier.kernels.thin import border_places
 from simplifier.refinement import thin
-from simplifier.refinement.thin import CELLS, thinned
+from simplifier.refinement.thin import COARSE, FINE, thinned
 from tests.extremes.transforms import REWRITINGS
 from tests.pictures import sphere_projections
 
 
-def plain(vertices, faces):
+def plain(vertices, faces, cells):
     """The same by dictionaries."""
     low, extent = vertices.min(axis=0), np.ptp(vertices, axis=0).max()
     first = {}
-    cells = [tuple(cell) for cell in ((vertices - low) / (extent / CELLS)).astype(int).tolist()]
+    cells = [tuple(cell) for cell in ((vertices - low) / (extent / cells)).astype(int).tolist()]
     chosen = [first.setdefault(cell, len(first)) for cell in cells]
     corners = [[chosen[i] for i in face] for face in faces.tolist()]
     return [face for face in corners if len(set(face)) == 3], len(first)
@@ -33,11 +33,13 @@ def ball():
 
 @pytest.fixture(scope="module")
 def few(ball):
-    return thinned(ball)
+    return thinned(ball, FINE)
 
 
-def test_it_is_what_dictionaries_give(ball, few):
-    expected, count = plain(ball.vertices, ball.faces)
+@pytest.mark.parametrize("cells", [FINE, COARSE, 10])
+def test_it_is_what_dictionaries_give(ball, cells):
+    expected, count = plain(ball.vertices, ball.faces, cells)
+    few = thinned(ball, cells)
     assert few.faces.tolist() == expected
     assert len(few.vertices) == count
 
@@ -72,9 +74,9 @@ def test_outlines_stay_and_do_not_grow(ball, few):
 
 def test_few_triangles_are_left_alone(ball, monkeypatch):
     some = TriangleMesh(ball.vertices, ball.faces[: thin._LEAST - 1].copy())
-    assert thinned(some) is some
+    assert thinned(some, FINE) is some
     monkeypatch.setattr(thin, "_LEAST", 1)
-    assert len(thinned(some).faces) < len(some.faces)
+    assert len(thinned(some, FINE).faces) < len(some.faces)
 
 
 def test_dust_of_which_nothing_would_be_left_is_left_alone(monkeypatch):
@@ -83,7 +85,7 @@ def test_dust_of_which_nothing_would_be_left_is_left_alone(monkeypatch):
     specks = generator.random((50, 1, 3)) + 1e-4 * generator.random((50, 3, 3))
     middles = np.floor(specks.mean(axis=1, keepdims=True) * 64.0) / 64.0 + 1e-3
     dust = TriangleMesh.from_soup(*as_mesh(specks - specks[:, :1] + middles))
-    assert thinned(dust) is dust
+    assert thinned(dust, FINE) is dust
 
 
 def test_slits_opened_along_the_edges_of_a_surface_cut_in_halves(monkeypatch):
@@ -93,7 +95,7 @@ def test_slits_opened_along_the_edges_of_a_surface_cut_in_halves(monkeypatch):
     halves = next(one for one in REWRITINGS if one.name == "cut in halves").of(mesh)
     sphere = BoundingSphere.of(mesh)
     maps = sphere_projections(image_axes(random_directions(8, 1)), sphere.centre, sphere.radius)
-    whole, left = picture(mesh, maps, 256), picture(thinned(halves), maps, 256)
+    whole, left = picture(mesh, maps, 256), picture(thinned(halves, FINE), maps, 256)
     assert (whole & ~left).sum() < 0.003 * whole.sum()
     assert (left & ~whole).sum() < 0.003 * whole.sum()
 
@@ -103,6 +105,6 @@ def test_what_closes_slits_stays_closed_in_larger_cells(monkeypatch):
     monkeypatch.setattr(thin, "_LEAST", 1)
     mesh = bumpy_sphere(40_000)
     halves = next(one for one in REWRITINGS if one.name == "cut in halves").of(mesh)
-    few = thinned(halves)
+    few = thinned(halves, FINE)
     assert border_places(halves.faces, len(halves.vertices)).any()
     assert not border_places(few.faces, len(few.vertices)).any()

@@ -387,11 +387,11 @@ def test_what_hides_wrongly_is_cut_back_where_nothing_found_is_worth_anything(mo
     assert after.recall > before.recall + 0.2
 
 
-def one_search(left, enclosed=0.5, budget=64):
-    """A run that has so many seconds left, of a mesh that encloses such a share."""
+def one_search(left, is_sheet=False, budget=64):
+    """A run that has so many seconds left, of a mesh that is a sheet or not."""
     original = SimpleNamespace(
         outlines="finer pictures", needs_outlines=lambda several: True,
-        solid=SimpleNamespace(enclosed_fraction=enclosed),
+        solid=SimpleNamespace(is_sheet=is_sheet),
     )  # fmt: skip
     return refine_step._Run(
         start=np.empty((0, 3, 3)),
@@ -418,9 +418,9 @@ def test_of_a_sheet_little_time_is_left_for_judging():
     """A terrain hid 85 % in 0.05 s, and 11 to 61 in 0.1 s, since its search was not judged."""
     lefts = [0.01, 0.05, 0.2]
     assert [one_search(left).judged for left in lefts] == [False, False, True]
-    assert [one_search(left, enclosed=0.0).judged for left in lefts] == [False, True, True]
+    assert [one_search(left, is_sheet=True).judged for left in lefts] == [False, True, True]
     assert not one_search(np.inf).judged  # a draft has no limit, and nothing to compare with
-    hurried, solid = (one_search(0.05, enclosed).time_for(1.0) for enclosed in (0.0, 0.5))
+    hurried, solid = (one_search(0.05, is_sheet).time_for(1.0) for is_sheet in (True, False))
     assert hurried.seconds == pytest.approx(0.03)  # the rest is for judging
     assert solid.seconds == pytest.approx(0.041)
 

@@ -22,6 +22,7 @@ from typing import Any
 
 from simplifier.errors import BackendUnavailableError, OccluderError
 from simplifier.kernels.compiled.waiting import load_imported
+from simplifier.kernels.threads import working
 from simplifier.progress import Cancel
 
 ATTEMPTS = 2
@@ -49,8 +50,13 @@ def run_jobs_here(
 
     Where ``cancel`` is set, or the caller closes the iterator, this waits for what is under way.
     """
+
+    def attempted(job: Any) -> Answer:
+        with working():
+            return answer_of(work, job)
+
     with ThreadPoolExecutor(threads) as pool:
-        attempts = [pool.submit(answer_of, work, job) for job in jobs]
+        attempts = [pool.submit(attempted, job) for job in jobs]
         try:
             for index, attempt in enumerate(attempts):
                 answer = attempt.result()

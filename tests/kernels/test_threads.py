@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.kernels.threads import Ahead, run_chunks, run_each, thread_count
+from simplifier.kernels.threads import Ahead, run_chunks, run_each, thread_count, working
 
 sizes = st.integers(0, 200)
 
@@ -191,6 +191,85 @@ def test_each_is_made_in_order_and_an_error_comes_back(monkeypatch, threads):
     assert run_each(str, []) == []
     with pytest.raises(ZeroDivisionError):
         run_each(lambda number: 1 / number, [2, 1, 0, 4])
+
+
+def test_a_nested_call_gets_no_third_thread_while_two_are_at_work(monkeypatch):
+    """With three on two processors, two of them shared one for ten milliseconds."""
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+    inner_done, workers = threading.Event(), set()
+
+    def work(which):
+        if which == "long":
+            assert inner_done.wait(timeout=20.0)
+        else:
+            run_chunks(lambda begin, end: workers.add(threading.get_ident()), 40)
+            inner_done.set()
+
+    run_each(work, ["long", "nested"])
+    assert len(workers) == 1
+
+
+@pytest.mark.parametrize("calls", [["short", "nested"], ["nested", "short"]])
+def test_who_has_nothing_left_to_do_helps_a_nested_call(monkeypatch, calls):
+    """A terrain's surface was decimated in two manners by one thread, where the other was done."""
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+    begun = threading.Event()
+    together = threading.Barrier(2, timeout=20.0)
+
+    def work(which):
+        if which == "short":
+            assert begun.wait(timeout=20.0)
+        else:
+            # The first chunk is begun while both threads are at work, so nobody helps yet.
+            begun.set()
+            run_each(lambda place: together.wait(), range(2))
+
+    run_each(work, calls)
+
+
+def test_who_waits_for_what_is_made_ahead_lets_it_have_help(monkeypatch):
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+    alone, helped = set(), threading.Barrier(2, timeout=20.0)
+    asked = threading.Event()
+
+    def make(stopped):
+        run_chunks(lambda begin, end: alone.add(threading.get_ident()), 40)
+        asked.set()
+        run_each(lambda place: helped.wait(), range(2))
+        return "made"
+
+    with closing(Ahead(make)) as ahead, working():
+        ahead.begin()
+        assert asked.wait(timeout=20.0)
+        assert ahead.result() == "made"
+    assert len(alone) == 1
+    assert threading.get_ident() not in alone
+
+
+def test_an_interrupt_leaves_nobody_at_work(monkeypatch):
+    """Else there would be fewer threads from then on."""
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+
+    def interrupt(share):
+        raise KeyboardInterrupt
+
+    for _ in range(3):
+        with pytest.raises(KeyboardInterrupt):
+            run_chunks(lambda begin, end: time.sleep(0.02), 100, tell=interrupt)
+    test_chunks_run_at_the_same_time(monkeypatch)
+
+
+def test_a_helper_that_cannot_be_started_is_an_error_and_not_waited_for(monkeypatch):
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+
+    def start(thread):
+        raise RuntimeError("can't start new thread")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(threading.Thread, "start", start)
+        with pytest.raises(RuntimeError, match="new thread"):
+            run_each(str, range(8))
+    test_chunks_run_at_the_same_time(monkeypatch)
 
 
 def made_by(thread_idents):

@@ -40,11 +40,12 @@ from simplifier.refinement.search import pull_into
 class Surfaces:
     """What searches may begin with that is not cut: the solid's surface, and the mesh itself.
 
-    ``shown`` is what pictures show of the mesh, world units; ``grid`` that of the solid.
+    ``shown`` is what pictures show of the mesh, world units; ``grid`` that of the solid.  Where it
+    is for a ``draft``, a large mesh is decimated from half as many triangles.
     """
 
-    def __init__(self, shown: TriangleMesh, grid: VoxelGrid) -> None:
-        self._shown, self._grid = shown, grid
+    def __init__(self, shown: TriangleMesh, grid: VoxelGrid, *, draft: bool = False) -> None:
+        self._shown, self._grid, self._draft = shown, grid, draft
         self._reduced: dict[int, tuple[Surface, BoolArray]] = {}
         self._fine: dict[tuple[int, int], list[FloatArray]] = {}
 
@@ -83,12 +84,18 @@ class Surfaces:
         return [one for room in rooms for one in self._fine[budget, room.limit]]
 
     def reduced(self, budget: int) -> tuple[Surface, BoolArray]:
-        """The surface that :meth:`fine` decimates, and its outline: made once.
+        """The surface in grid space that :meth:`fine` decimates, and its outline: made once.
 
-        That takes one thread half of the time of :meth:`fine`.
+        It is of as few triangles as decimate soon, which takes one thread half of the time of
+        :meth:`fine`.
         """
         if budget not in self._reduced:
-            self._reduced[budget] = _reduced(self._shown, self._grid, budget)
+            shown = self._shown
+            if not self.few:
+                most = min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE)
+                shown = reduce_to(shown, most // 2 if self._draft else most)
+            surface = weld_vertices(shown, self._grid)
+            self._reduced[budget] = surface, outline_of(surface)
         return self._reduced[budget]
 
 
@@ -108,14 +115,6 @@ def enclosed_start(room: Room, budget: int) -> tuple[FloatArray, IntArray]:
 def _enclosed(room: Room) -> Surface:
     vertices, faces = inner_surface(room.shares)
     return vertices - room.margin, faces
-
-
-def _reduced(mesh: TriangleMesh, grid: VoxelGrid, budget: int) -> tuple[Surface, BoolArray]:
-    """The mesh in grid space, and its outline; of a large one as few triangles as decimate soon."""
-    if len(mesh.faces) > _MOST_FINE:
-        mesh = reduce_to(mesh, min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE))
-    surface = weld_vertices(mesh, grid)
-    return surface, outline_of(surface)
 
 
 def fine_starts(

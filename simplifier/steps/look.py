@@ -185,15 +185,16 @@ def look(
     Raises :class:`StoppedError` soon after ``stopped`` is true, if given.
     """
     # A draft mostly makes nothing of it but pictures, and what is closed has no border to lose.
-    coarsely = not (options.refine.decimated or solid.is_sheet)
-    shown = thinned(mesh, COARSE if coarsely else FINE)
+    draft = not options.refine.decimated
+    shown = thinned(mesh, COARSE if draft and not solid.is_sheet else FINE)
     original = Original.of(mesh, shown, solid, room.margin, options, overrides.triangles)
     if not deadline.limited and original.needs_outlines(options.refine.decimated):
         # First: they pay for a table of edges, by which smaller pictures are then drawn as well.
         _ = original.outlines
     views = _views(original, deadline, stopped)
     depths = original.depths(views.projections, SIZE).rows_of_search()
-    return Looks(original, replace(views, depths=depths), Surfaces(shown, solid.core), room)
+    surfaces = Surfaces(shown, solid.core, draft=draft)
+    return Looks(original, replace(views, depths=depths), surfaces, room)
 
 
 def _views(original: Original, deadline: Deadline, stopped: Stopped | None) -> RefineViews:

@@ -182,7 +182,7 @@ class Annealing:
         heat: float = ALONE,
     ) -> None:
         count = len(views.projections)
-        self._room, self._views, self._depths = room, views, views.depths.arrays()
+        self.room, self._views, self._depths = room, views, views.depths.arrays()
         self._heat = heat
         self._price, self._fines = -1, np.zeros((count, 2), dtype=np.int64)
         self._set(prices)
@@ -219,12 +219,12 @@ class Annealing:
         """Try some moves; ``shares`` of the whole search begin and end."""
         whole = self._whole * min(1.0, _FEW / len(self._triangles))
         heats = (self._heat * whole, _LAST_HEAT * whole)
-        length = max(self._room.shape) - 2.0 * self._room.margin
+        length = max(self.room.shape) - 2.0 * self.room.margin
         steps = (_STEPS[0] * length, _STEPS[1] * length)
         anneal(
             self._triangles, self._views.projections, self._depths,
             self._views.originals,
-            self._price, self._fines, self._room.voxels, self._room.cells_before,
+            self._price, self._fines, self.room.voxels, self.room.cells_before,
             self._images, self._layers, self._scores, self._best, self._best_score,
             self._state, _looks(len(self._scores)), moves, shares, steps, heats, self.work,
         )  # fmt: skip
@@ -252,7 +252,7 @@ class Annealing:
 
         In place of one that cannot be, another is copied; it is soon put elsewhere.
         """
-        self._room = room
+        self.room = room
         drawn, inside = pull_each(self._triangles, room)
         if inside.any():
             others = np.flatnonzero(inside)
@@ -267,7 +267,7 @@ class Annealing:
         is there."""
         take_from(
             others, self._triangles, self._views.projections, self._depths, self._views.originals,
-            self._price, self._fines, self._room.voxels, self._images, self._layers, self._scores,
+            self._price, self._fines, self.room.voxels, self._images, self._layers, self._scores,
             self._best, self._best_score, _looks(len(self._scores)), self.work,
         )  # fmt: skip
 

@@ -87,13 +87,15 @@ def refine(
     slices = _by_moves(options) if deadline is None else _by_time(deadline.rest())
     rounds = 1
     for moves, shares in slices:
-        _run(searches, moves, shares)
+        _run(searches, bargain, moves, shares)
         leader = max(searches, key=lambda search: search.measure)
         if stop(shares[1], leader.measure, leader.best):
             break
         if shares[1] * most >= rounds:
             rounds = int(shares[1] * most) + 1
             _confer(searches, bargain, shares[1])
+    for search in searches:  # at the prices of a round that nothing followed, if time was up
+        bargain.hold(search)
     searches.sort(key=lambda search: -search.score)
     return run_each(Annealing.result, searches)
 
@@ -133,21 +135,13 @@ def _begin_searches(
 
 
 def _confer(searches: list[Annealing], bargain: Bargain, share: float) -> None:
-    """All take from each other, and go on at prices that the best one's precision and overhang ask
-    for."""
+    """All take from each other, and are to go on at prices that the best one's precision and
+    overhang ask for."""
     if share >= 1.0:
         return
     if share < _LAST_EXCHANGE and len(searches) > 1:
         _exchange(searches)
-    room = bargain.room
     bargain.follow(max(searches, key=lambda search: search.score), share)
-
-    def go_on(search: Annealing) -> None:
-        if bargain.room is not room:
-            search.move_to(bargain.room)
-        search.reprice(bargain.prices)
-
-    run_each(go_on, searches)
 
 
 def _exchange(searches: list[Annealing]) -> None:
@@ -192,8 +186,14 @@ def _by_time(deadline: Deadline) -> _Slices:
         moves = TRIES * max(1, int(moves / TRIES * min(aim / took, 4.0)))
 
 
-def _run(searches: list[Annealing], moves: int, shares: tuple[float, float]) -> None:
-    run_each(lambda search: search.run(moves, shares), searches)
+def _run(
+    searches: list[Annealing], bargain: Bargain, moves: int, shares: tuple[float, float]
+) -> None:
+    def go_on(search: Annealing) -> None:
+        bargain.hold(search)
+        search.run(moves, shares)
+
+    run_each(go_on, searches)
 
 
 def _pad_to_equal(soups: Sequence[FloatArray], budget: int) -> list[FloatArray]:
@@ -286,6 +286,12 @@ class Bargain:
         if self._front < 1.0:
             tolls = np.ceil(self._toll * self._tolls).astype(np.int64)
         return Prices(self._price, fines, tolls)
+
+    def hold(self, search: Annealing) -> None:
+        """Have a search go on in the room and at the prices of now."""
+        if search.room is not self.room:
+            search.move_to(self.room)
+        search.reprice(self.prices)
 
     def follow(self, search: Annealing, share: float) -> None:
         """Change by what a search hides wrongly and beside, ``share`` of the way through."""

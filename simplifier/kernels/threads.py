@@ -2,25 +2,21 @@
 
 Plain Python threads around ``nogil`` kernels instead of numba's ``prange``: the OpenMP layer dies
 after a fork, the workqueue layer aborts when two threads call in, and ``parallel=True`` triples the
-compile time.  A start costs some 50 to 200 microseconds, so each thread starts the next one, if
-there is work for it: the caller of little work does not wait for the starts of sixteen.
-
-However calls are nested, no more threads work than there are processors.  With three on two, Linux
-may leave two of them on one processor for ten milliseconds, and the other one idle.  So a thread
-that has nothing left to do takes chunks of another call, and one that waits starts one that does.
+compile time.  Each thread starts the next one, if there is work for it: the caller of little work
+does not wait for the starts of sixteen.
 """
 
 from __future__ import annotations
 
-import itertools
 import os
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
-from threading import Event, Lock, Thread, current_thread
+from contextlib import contextmanager
+from threading import Event, Thread
 from typing import Generic, TypeVar
 
 from simplifier.control_groups import allowed_processors
 from simplifier.kernels.compiled.waiting import load_imported
+from simplifier.kernels.crew import Chunks, Crew, Work
 from simplifier.progress import TellShare, silent
 
 
@@ -32,9 +28,9 @@ def thread_count() -> int:
     return allowed_processors()
 
 
-_GLANCE = 0.01  # seconds that the caller waits at most before it tells again
+_CREW = Crew(thread_count)
 
-Work = Callable[[int, int], object]
+_GLANCE = 0.01  # seconds that the caller waits at most before it tells again
 
 
 def run_chunks(
@@ -64,17 +60,13 @@ def run_chunks(
         work(0, count)
         return
     watched = tell is not silent
-    chunks = _Chunks(work, count, max(most, 1), min(threads, max(most, 1)) - 1 + watched)
-    with working():
-        try:
-            _CREW.offer(chunks)
-            if watched:
-                _watch(chunks, tell)
-            else:
-                chunks.run()
-        finally:
-            chunks.stopped = True
-            _CREW.finish(chunks)
+    hands = min(threads, max(most, 1)) - 1 + watched
+    chunks = Chunks(work, count, max(most, 1), hands, _CREW)
+    with _CREW.offering(chunks):
+        if watched:
+            _watch(chunks, tell)
+        else:
+            chunks.run()
     if chunks.errors:
         raise min(chunks.errors)[1]
 
@@ -98,179 +90,14 @@ def run_each(make: Callable[[Given], Made], given: Sequence[Given]) -> list[Made
 @contextmanager
 def working() -> Iterator[None]:
     """Count this thread among those at work, as :func:`run_chunks` does: meanwhile there is one
-    less that helps others."""
-    if _CREW.has(current_thread()):
+    less that helps others, and those that help stay for the next call."""
+    with _CREW.working():
         yield
-        return
-    _CREW.enter(current_thread())
-    try:
-        yield
-    finally:
-        _CREW.leave(current_thread())
 
 
-@contextmanager
-def _waiting() -> Iterator[None]:
-    """This thread is not at work meanwhile, if it was."""
-    if not _CREW.has(current_thread()):
-        yield
-        return
-    _CREW.leave(current_thread())
-    try:
-        yield
-    finally:
-        _CREW.enter(current_thread())
-
-
-class _Hand:
-    """A thread at some chunks; ``busy`` is held as long as it is."""
-
-    def __init__(self, thread: Thread, chunks: _Chunks) -> None:
-        self.thread, self.chunks, self.busy = thread, chunks, Lock()
-        self.busy.acquire()
-        chunks.hands.append(self)
-
-    @property
-    def has_begun(self) -> bool:
-        """Whether no interrupt kept the thread from starting, which else finds all stopped."""
-        return self.thread.ident is not None
-
-    def wait(self, seconds: float = -1.0) -> bool:
-        """Whether it is done within this time; -1 for any."""
-        if not self.has_begun:
-            return True
-        if not self.busy.acquire(timeout=seconds):
-            return False
-        self.busy.release()
-        return True
-
-
-class _Chunks:
-    """A range in chunks, of which every thread takes the next.
-
-    ``done`` are the numbers of those that are, ``errors`` what others raised, by number, and
-    ``hands`` those that help, or did, beside the caller: ``most_hands`` at a time.
-    """
-
-    def __init__(self, work: Work, count: int, chunks: int, most_hands: int) -> None:
-        self.stopped = False
-        self.done: list[int] = []
-        self.errors: list[tuple[int, BaseException]] = []
-        self.hands: list[_Hand] = []
-        self._work = work
-        self._edges = [count * i // chunks for i in range(chunks + 1)]
-        # One step of the interpreter each, so no two threads get the same number.
-        self._next = itertools.count()
-        self._begun = 0
-        self._most_hands = most_hands
-
-    def __len__(self) -> int:
-        return len(self._edges) - 1
-
-    @property
-    def wants_help(self) -> bool:
-        if self.stopped or self._begun >= len(self):
-            return False
-        return sum(hand.busy.locked() for hand in self.hands) < self._most_hands
-
-    def run(self) -> None:
-        """Have the next thread help, if there is work for it; then work until nothing is left, or
-        someone failed."""
-        while not self.stopped:
-            index = next(self._next)
-            if index >= len(self):
-                return
-            try:
-                self._begun = index + 1
-                _CREW.hire([self])
-                self._work(*self._edges[index : index + 2])
-                self.done.append(index)
-            except BaseException as error:
-                self.stopped = True
-                self.errors.append((index, error))
-
-
-class _Crew:
-    """The threads at work, and the chunks that they may be helped with, in the order of the calls.
-
-    One that waits is not at work.  When it goes on, there may be one more than processors for as
-    long as another takes for a chunk.
-    """
-
-    def __init__(self) -> None:
-        self._lock = Lock()
-        self._at_work: set[Thread] = set()
-        self._offered: list[_Chunks] = []
-
-    def has(self, thread: Thread) -> bool:
-        return thread in self._at_work
-
-    def enter(self, thread: Thread) -> None:
-        with self._lock:
-            self._at_work.add(thread)
-
-    def leave(self, thread: Thread) -> None:
-        """Another may work in its place."""
-        with self._lock:
-            self._at_work.discard(thread)
-        with suppress(RuntimeError):  # no more threads are to be had: then nobody helps
-            self.hire(self._offered)
-
-    def offer(self, chunks: _Chunks) -> None:
-        with self._lock:
-            self._offered.append(chunks)
-
-    def finish(self, chunks: _Chunks) -> None:
-        """Wait until nobody is at these any more."""
-        with self._lock:
-            if chunks in self._offered:  # no interrupt came before
-                self._offered.remove(chunks)
-        if any(hand.busy.locked() for hand in chunks.hands):
-            with _waiting():
-                for hand in chunks.hands:
-                    hand.wait()
-        with self._lock:
-            self._at_work -= {hand.thread for hand in chunks.hands if not hand.has_begun}
-
-    def hire(self, offered: Sequence[_Chunks], *, surely: bool = False) -> None:
-        """Start a thread at the first that wants one, if another may work or ``surely``."""
-        with self._lock:
-            chunks = self._wanting(offered, surely=surely)
-            if chunks is None:
-                return
-            thread = Thread(target=lambda: self._help(hand))
-            hand = self._hand(thread, chunks)
-        thread.start()
-
-    def _wanting(self, offered: Sequence[_Chunks], *, surely: bool = False) -> _Chunks | None:
-        """With the lock, as :meth:`_hand`."""
-        if not surely and len(self._at_work) >= thread_count():
-            return None
-        return next((chunks for chunks in offered if chunks.wants_help), None)
-
-    def _hand(self, thread: Thread, chunks: _Chunks) -> _Hand:
-        self._at_work.add(thread)
-        return _Hand(thread, chunks)
-
-    def _help(self, hand: _Hand) -> None:
-        """With its chunks, and then with those of other calls."""
-        while True:
-            hand.chunks.run()
-            with self._lock:
-                hand.busy.release()
-                self._at_work.discard(hand.thread)
-                chunks = self._wanting(self._offered)
-                if chunks is None:
-                    return
-                hand = self._hand(hand.thread, chunks)
-
-
-_CREW = _Crew()
-
-
-def _watch(chunks: _Chunks, tell: TellShare) -> None:
+def _watch(chunks: Chunks, tell: TellShare) -> None:
     """Have them done, and tell until all are or one has failed."""
-    with _waiting():
+    with _CREW.waiting():
         _CREW.hire([chunks], surely=True)
         for hand in chunks.hands:  # others come while one is at work
             while not hand.wait(_GLANCE):
@@ -310,7 +137,7 @@ class Ahead(Generic[Made]):
         Raises what ``make`` raises.
         """
         if self._thread is not None:
-            with _waiting():
+            with _CREW.waiting():
                 while self._thread.is_alive():
                     self._thread.join(_GLANCE)
                     if stopped():
@@ -329,7 +156,7 @@ class Ahead(Generic[Made]):
 
     def _run(self) -> None:
         try:
-            with working():
+            with _CREW.working():
                 self._made.append(self._make(self._dropped.is_set))
         except BaseException as error:
             self._error = error

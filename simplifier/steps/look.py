@@ -21,7 +21,7 @@ from simplifier.geometry.room import Room
 from simplifier.geometry.solid import Solid
 from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere
 from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.threads import Ahead, Stopped, working
+from simplifier.kernels.threads import Ahead, Stopped
 from simplifier.options.stages import Options
 from simplifier.progress import Deadline, Stopwatch, silent
 from simplifier.refinement.annealing import RefineViews, by_looks
@@ -163,7 +163,7 @@ def looking(
         heard = None if watch.is_alone and not deadline.limited else stopped
         return look(mesh, solid, room, options, deadline, overrides, heard)
 
-    with closing(Ahead(make)) as looks, working():
+    with closing(Ahead(make)) as looks:
         aims = options.refine
         if room is not None and aims.moves > 0 and not deadline.limited:
             looks.begin()

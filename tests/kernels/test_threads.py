@@ -246,6 +246,67 @@ def test_who_waits_for_what_is_made_ahead_lets_it_have_help(monkeypatch):
     assert threading.get_ident() not in alone
 
 
+def test_within_a_run_one_thread_helps_again_and_again_and_is_gone_behind_it(monkeypatch):
+    """Its start took twice as long as to wake it; and a service counts what a job leaves behind."""
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+    before = threading.active_count()
+    workers = set()
+
+    def work(place):
+        together.wait()
+        workers.add(threading.get_ident())
+
+    with working():
+        for _ in range(5):
+            together = threading.Barrier(2, timeout=20.0)
+            run_each(work, range(2))
+    assert len(workers) == 2
+    assert threading.active_count() == before
+
+
+def test_a_helper_that_nobody_needs_soon_ends_and_another_comes(monkeypatch):
+    monkeypatch.setenv("OCCLUDER_THREADS", "2")
+    before = threading.active_count()
+    with working():
+        test_chunks_run_at_the_same_time(monkeypatch)
+        until = time.monotonic() + 20.0
+        while threading.active_count() > before:
+            assert time.monotonic() < until
+            time.sleep(0.005)
+        test_chunks_run_at_the_same_time(monkeypatch)
+    assert threading.active_count() == before
+
+
+@pytest.mark.parametrize("threads", ["2", "3"])
+def test_many_callers_at_once_each_get_all_of_theirs(monkeypatch, threads):
+    monkeypatch.setenv("OCCLUDER_THREADS", threads)
+    before = threading.active_count()
+    sums = []
+
+    def total(size):
+        parts = np.zeros(size, dtype=np.int64)
+
+        def work(begin, end):
+            parts[begin:end] += 1
+            if size > 4:
+                parts[begin:end] += total(size // 4)
+
+        run_chunks(work, size)
+        return int(parts.sum())
+
+    def call():
+        sums.extend(total(24) for _ in range(60))
+
+    callers = [threading.Thread(target=call) for _ in range(4)]
+    for caller in callers:
+        caller.start()
+    for caller in callers:
+        caller.join(timeout=60.0)
+        assert not caller.is_alive()
+    assert sums == [24 * (1 + 6 * (1 + 1))] * 240
+    assert threading.active_count() == before
+
+
 def test_an_interrupt_leaves_nobody_at_work(monkeypatch):
     """Else there would be fewer threads from then on."""
     monkeypatch.setenv("OCCLUDER_THREADS", "2")

@@ -1,6 +1,6 @@
 """Let one vertex stand for all in its cell of a lattice; keep the triangles with three corners.
 
-The first of them stands where it was, or all meet at their mean.
+The first or the outermost of them stands where it was, or all meet at their mean.
 
 Cracks along T-junctions: a vertex on an edge that the triangle beyond does not have.
 
@@ -30,24 +30,34 @@ def _within(points, index, low, step):
     )
 
 
-@kernel("float64[:, :], float64[:], float64, int32[:, :, :], float64[:, :], int32[:]")
-def gather_first(vertices, low, step, numbers, points, chosen):
-    """Gather the first of ``vertices`` (n, 3) in each cell into ``points`` (n, 3); their number.
+@kernel(
+    "float64[:, :], float64[:], float64, float64[:], bool, int32[:, :, :], float64[:, :], "
+    "float64[:], int32[:]"
+)
+def gather_points(vertices, low, step, middle, outermost, numbers, points, reach, chosen):
+    """Gather one of ``vertices`` (n, 3) in each cell into ``points`` (n, 3); their number.
 
+    That is the first, or with ``outermost`` the one furthest from ``middle`` (3,), in cells.
     Cells are cubes of edge ``step`` from the corner ``low`` (3,) on; ``numbers`` (cx, cy, cz)
     int32, zeros, becomes one more than the point of each cell, so that memory of cells without one
-    stays untouched.  ``chosen`` (n,) int32 tells the point of each vertex.
+    stays untouched.  ``reach`` (n,) float64 becomes the square of how far off each point is, and
+    ``chosen`` (n,) int32 tells the point of each vertex.
     """
     count = 0
     for index in range(len(vertices)):
         x, y, z = _within(vertices, index, low, step)
+        away = (x - middle[0]) ** 2 + (y - middle[1]) ** 2 + (z - middle[2]) ** 2
         x, y, z = np.int64(x), np.int64(y), np.int64(z)
-        if numbers[x, y, z] == 0:
-            for axis in range(3):
-                points[count, axis] = vertices[index, axis]
+        is_new = numbers[x, y, z] == 0
+        if is_new:
             count += 1
             numbers[x, y, z] = count
-        chosen[index] = numbers[x, y, z] - 1
+        place = numbers[x, y, z] - 1
+        chosen[index] = place
+        if is_new or (outermost and away > reach[place]):
+            reach[place] = away
+            for axis in range(3):
+                points[place, axis] = vertices[index, axis]
     return count
 
 

@@ -28,7 +28,7 @@ from simplifier.refinement.annealing import RefineViews, by_looks
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import FineViews, Judge, Outlines
 from simplifier.refinement.starts import Surfaces
-from simplifier.refinement.thin import COARSE, FINE, thinned
+from simplifier.refinement.thin import thinned
 from simplifier.selection.measure import search_projections, silhouettes
 from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
 
@@ -184,9 +184,8 @@ def look(
 
     Raises :class:`StoppedError` soon after ``stopped`` is true, if given.
     """
-    # A draft mostly makes nothing of it but pictures, and what is closed has no border to lose.
     draft = not options.refine.decimated
-    shown = thinned(mesh, COARSE if draft and not solid.is_sheet else FINE)
+    shown = thinned(mesh, coarsely=draft and not solid.is_sheet)
     original = Original.of(mesh, shown, solid, room.margin, options, overrides.triangles)
     if not deadline.limited and original.needs_outlines(options.refine.decimated):
         # First: they pay for a table of edges, by which smaller pictures are then drawn as well.

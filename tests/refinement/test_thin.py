@@ -16,14 +16,21 @@ from tests.extremes.transforms import REWRITINGS
 from tests.pictures import sphere_projections
 
 
-def plain(vertices, faces, cells):
+def plain(vertices, faces, coarsely):
     """The same by dictionaries."""
-    low, extent = vertices.min(axis=0), np.ptp(vertices, axis=0).max()
-    first = {}
-    cells = [tuple(cell) for cell in ((vertices - low) / (extent / cells)).astype(int).tolist()]
-    chosen = [first.setdefault(cell, len(first)) for cell in cells]
+    low, extent = vertices.min(axis=0), np.ptp(vertices, axis=0)
+    step = extent.max() / (COARSE if coarsely else FINE)
+    within = (vertices - low) / step
+    away = ((within - 0.5 * extent / step) ** 2).sum(axis=1)
+    places, chosen, kept = {}, [], []
+    for index, cell in enumerate(map(tuple, within.astype(int).tolist())):
+        chosen.append(places.setdefault(cell, len(places)))
+        if chosen[-1] == len(kept):
+            kept.append(index)
+        elif coarsely and away[index] > away[kept[chosen[-1]]]:
+            kept[chosen[-1]] = index
     corners = [[chosen[i] for i in face] for face in faces.tolist()]
-    return [face for face in corners if len(set(face)) == 3], len(first)
+    return [face for face in corners if len(set(face)) == 3], vertices[kept]
 
 
 @pytest.fixture(scope="module")
@@ -33,15 +40,25 @@ def ball():
 
 @pytest.fixture(scope="module")
 def few(ball):
-    return thinned(ball, FINE)
+    return thinned(ball)
 
 
-@pytest.mark.parametrize("cells", [FINE, COARSE, 10])
-def test_it_is_what_dictionaries_give(ball, cells):
-    expected, count = plain(ball.vertices, ball.faces, cells)
-    few = thinned(ball, cells)
-    assert few.faces.tolist() == expected
-    assert len(few.vertices) == count
+@pytest.mark.parametrize("coarsely", [False, True])
+def test_it_is_what_dictionaries_give(ball, coarsely):
+    faces, points = plain(ball.vertices, ball.faces, coarsely)
+    few = thinned(ball, coarsely=coarsely)
+    assert few.faces.tolist() == faces
+    assert np.array_equal(few.vertices, points)
+
+
+def test_coarse_cells_leave_less_and_keep_what_is_outermost(ball):
+    few, fewer = thinned(ball), thinned(ball, coarsely=True)
+    assert len(fewer.faces) < 0.8 * len(few.faces)
+    whole, fine, coarse = (
+        np.linalg.norm(mesh.vertices, axis=1).mean() for mesh in (ball, few, fewer)
+    )
+    assert coarse > fine
+    assert coarse > whole
 
 
 def test_corners_are_vertices_of_the_input_and_most_triangles_go(ball, few):
@@ -74,9 +91,9 @@ def test_outlines_stay_and_do_not_grow(ball, few):
 
 def test_few_triangles_are_left_alone(ball, monkeypatch):
     some = TriangleMesh(ball.vertices, ball.faces[: thin._LEAST - 1].copy())
-    assert thinned(some, FINE) is some
+    assert thinned(some) is some
     monkeypatch.setattr(thin, "_LEAST", 1)
-    assert len(thinned(some, FINE).faces) < len(some.faces)
+    assert len(thinned(some).faces) < len(some.faces)
 
 
 def test_dust_of_which_nothing_would_be_left_is_left_alone(monkeypatch):
@@ -85,7 +102,7 @@ def test_dust_of_which_nothing_would_be_left_is_left_alone(monkeypatch):
     specks = generator.random((50, 1, 3)) + 1e-4 * generator.random((50, 3, 3))
     middles = np.floor(specks.mean(axis=1, keepdims=True) * 64.0) / 64.0 + 1e-3
     dust = TriangleMesh.from_soup(*as_mesh(specks - specks[:, :1] + middles))
-    assert thinned(dust, FINE) is dust
+    assert thinned(dust) is dust
 
 
 def test_slits_opened_along_the_edges_of_a_surface_cut_in_halves(monkeypatch):
@@ -95,7 +112,7 @@ def test_slits_opened_along_the_edges_of_a_surface_cut_in_halves(monkeypatch):
     halves = next(one for one in REWRITINGS if one.name == "cut in halves").of(mesh)
     sphere = BoundingSphere.of(mesh)
     maps = sphere_projections(image_axes(random_directions(8, 1)), sphere.centre, sphere.radius)
-    whole, left = picture(mesh, maps, 256), picture(thinned(halves, FINE), maps, 256)
+    whole, left = picture(mesh, maps, 256), picture(thinned(halves), maps, 256)
     assert (whole & ~left).sum() < 0.003 * whole.sum()
     assert (left & ~whole).sum() < 0.003 * whole.sum()
 
@@ -105,6 +122,6 @@ def test_what_closes_slits_stays_closed_in_larger_cells(monkeypatch):
     monkeypatch.setattr(thin, "_LEAST", 1)
     mesh = bumpy_sphere(40_000)
     halves = next(one for one in REWRITINGS if one.name == "cut in halves").of(mesh)
-    few = thinned(halves, FINE)
+    few = thinned(halves)
     assert border_places(halves.faces, len(halves.vertices)).any()
     assert not border_places(few.faces, len(few.vertices)).any()

@@ -117,7 +117,7 @@ def test_who_ends_the_cut_ends_the_look(lookers, error):
 
 
 def test_what_fails_while_looking_is_told(monkeypatch):
-    def fail(*given):
+    def fail(*given, **named):
         raise MemoryError("no room for pictures")
 
     for threads in ("1", "2"):

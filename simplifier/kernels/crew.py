@@ -19,12 +19,14 @@ Work = Callable[[int, int], object]
 
 
 class Hand:
-    """A thread at some chunks; ``busy`` is held as long as it is."""
+    """A thread at some chunks; ``busy`` is held as long as it is.
 
-    def __init__(self, thread: Thread, chunks: Chunks) -> None:
-        self.thread, self.chunks, self.busy = thread, chunks, Lock()
+    It does not know which: a cycle of references would keep what they work on in memory.
+    """
+
+    def __init__(self, thread: Thread) -> None:
+        self.thread, self.busy = thread, Lock()
         self.busy.acquire()
-        chunks.hands.append(self)
 
     @property
     def has_begun(self) -> bool:
@@ -88,11 +90,13 @@ class Chunks:
 
 
 class _Helper:
-    """A thread that helps with what it is given: a ``hand``, none while it waits for ``wake``."""
+    """A thread that helps with the ``chunks`` that it is given, as their ``hand``; none while it
+    waits for ``wake``."""
 
     def __init__(self, work: Callable[[_Helper], None]) -> None:
         self.thread = Thread(target=work, args=(self,))
-        self.hand: Hand | None = None
+        self.chunks: Chunks | None = None
+        self.hand = Hand(self.thread)
         self.wake = Lock()
         self.wake.acquire()
 
@@ -206,19 +210,21 @@ class Crew:
 
     def _give(self, helper: _Helper, chunks: Chunks) -> None:
         self._at_work.add(helper.thread)
-        helper.hand = Hand(helper.thread, chunks)
+        helper.chunks, helper.hand = chunks, Hand(helper.thread)
+        chunks.hands.append(helper.hand)
 
     def _help(self, helper: _Helper) -> None:
         """With its chunks, then with those of other calls, and with what soon comes."""
-        while helper.hand is not None:
-            helper.hand.chunks.run()
+        while helper.chunks is not None:
+            helper.chunks.run()
+            helper.chunks = None
             with self._lock:
                 helper.hand.busy.release()
-                helper.hand = None
                 self._at_work.discard(helper.thread)
                 chunks = self._wanting(self._offered)
                 if chunks is not None:
                     self._give(helper, chunks)
+                    del chunks  # which would keep what these work on while the helper waits
                     continue
                 self._idle.append(helper)
             helper.wake.acquire(timeout=_PATIENCE)

@@ -2,8 +2,8 @@
 
 With three on two processors Linux may leave two of them on one for ten milliseconds, and the other
 one idle.  So a thread that has nothing left to do takes chunks of another call, and one that waits
-has another begin in its place.  A helper stays as long as anybody is at work, if it soon gets more
-to do: to start one takes 50 to 200 microseconds, and to wake it a third of that.
+has another begin in its place.  A helper stays as long as a run, if it soon gets more to do: to
+start one takes 50 to 200 microseconds, and to wake it a third of that.
 """
 
 from __future__ import annotations
@@ -81,7 +81,8 @@ class Chunks:
                 return
             try:
                 self._begun = index + 1
-                self._crew.hire([self])
+                if self.wants_help:
+                    self._crew.hire([self])
                 self._work(*self._edges[index : index + 2])
                 self.done.append(index)
             except BaseException as error:
@@ -113,11 +114,23 @@ class Crew:
         self._lock = Lock()
         self._at_work: set[Thread] = set()
         self._offered: list[Chunks] = []
+        self._runs = 0
         self._idle: list[_Helper] = []
 
     @contextmanager
+    def running(self) -> Iterator[None]:
+        """This thread is at work, and helpers stay meanwhile."""
+        with self.working():
+            with self._lock:
+                self._runs += 1
+            try:
+                yield
+            finally:
+                self._dismiss()
+
+    @contextmanager
     def working(self) -> Iterator[None]:
-        """This thread is at work, if it was not; helpers stay meanwhile."""
+        """This thread is at work, if it was not."""
         thread = current_thread()
         if thread in self._at_work:
             yield
@@ -127,7 +140,6 @@ class Crew:
             yield
         finally:
             self._leave(thread)
-            self._dismiss()
 
     @contextmanager
     def waiting(self) -> Iterator[None]:
@@ -192,9 +204,10 @@ class Crew:
             self._at_work -= {hand.thread for hand in chunks.hands if not hand.has_begun}
 
     def _dismiss(self) -> None:
-        """End those that wait for something to help with, if nobody is at work."""
+        """With the last run end those that wait for something to help with."""
         with self._lock:
-            if self._at_work:
+            self._runs -= 1
+            if self._runs > 0:
                 return
             idle, self._idle = self._idle, []
         for helper in idle:
@@ -204,9 +217,10 @@ class Crew:
 
     def _wanting(self, offered: Sequence[Chunks], *, surely: bool = False) -> Chunks | None:
         """With the lock, as :meth:`_give`."""
-        if not surely and len(self._at_work) >= self._most():
+        wanting = next((chunks for chunks in offered if chunks.wants_help), None)
+        if wanting is not None and not surely and len(self._at_work) >= self._most():
             return None
-        return next((chunks for chunks in offered if chunks.wants_help), None)
+        return wanting
 
     def _give(self, helper: _Helper, chunks: Chunks) -> None:
         self._at_work.add(helper.thread)
@@ -226,6 +240,8 @@ class Crew:
                     self._give(helper, chunks)
                     del chunks  # which would keep what these work on while the helper waits
                     continue
+                if self._runs == 0:
+                    return
                 self._idle.append(helper)
             helper.wake.acquire(timeout=_PATIENCE)
             with self._lock:

@@ -76,6 +76,13 @@ def test_the_caller_works_as_soon_as_one_other_does(monkeypatch):
     assert set(starters) - {caller}
 
 
+def wait_until_there_are(threads):
+    until = time.monotonic() + 20.0
+    while threading.active_count() > threads:
+        assert time.monotonic() < until
+        time.sleep(0.001)
+
+
 def test_nothing_to_do(monkeypatch):
     for threads in ("1", "3"):
         monkeypatch.setenv("OCCLUDER_THREADS", threads)
@@ -295,10 +302,7 @@ def test_a_helper_that_nobody_needs_soon_ends_and_another_comes(monkeypatch):
     before = threading.active_count()
     with working():
         test_chunks_run_at_the_same_time(monkeypatch)
-        until = time.monotonic() + 20.0
-        while threading.active_count() > before:
-            assert time.monotonic() < until
-            time.sleep(0.005)
+        wait_until_there_are(before)
         test_chunks_run_at_the_same_time(monkeypatch)
     assert threading.active_count() == before
 
@@ -330,7 +334,7 @@ def test_many_callers_at_once_each_get_all_of_theirs(monkeypatch, threads):
         caller.join(timeout=60.0)
         assert not caller.is_alive()
     assert sums == [24 * (1 + 6 * (1 + 1))] * 240
-    assert threading.active_count() == before
+    wait_until_there_are(before)
 
 
 def test_an_interrupt_leaves_nobody_at_work(monkeypatch):

@@ -40,12 +40,11 @@ from simplifier.refinement.search import pull_into
 class Surfaces:
     """What searches may begin with that is not cut: the solid's surface, and the mesh itself.
 
-    ``shown`` is what pictures show of the mesh, world units; ``grid`` that of the solid.  Where it
-    is for a ``draft``, a large mesh is decimated from half as many triangles.
+    ``shown`` is what pictures show of the mesh, world units; ``grid`` that of the solid.
     """
 
-    def __init__(self, shown: TriangleMesh, grid: VoxelGrid, *, draft: bool = False) -> None:
-        self._shown, self._grid, self._draft = shown, grid, draft
+    def __init__(self, shown: TriangleMesh, grid: VoxelGrid) -> None:
+        self._shown, self._grid = shown, grid
         self._reduced: dict[int, tuple[Surface, BoolArray]] = {}
         self._fine: dict[tuple[int, int], list[FloatArray]] = {}
 
@@ -92,8 +91,7 @@ class Surfaces:
         if budget not in self._reduced:
             shown = self._shown
             if not self.few:
-                most = min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE)
-                shown = reduce_to(shown, most // 2 if self._draft else most)
+                shown = reduce_to(shown, min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE))
             surface = weld_vertices(shown, self._grid)
             self._reduced[budget] = surface, outline_of(surface)
         return self._reduced[budget]

@@ -184,16 +184,16 @@ def look(
 
     Raises :class:`StoppedError` soon after ``stopped`` is true, if given.
     """
-    draft = not options.refine.decimated
-    shown = thinned(mesh, coarsely=draft and not solid.is_sheet)
+    # Of a draft mostly nothing is decimated, which would want it finer.
+    coarsely = not (options.refine.decimated or solid.is_sheet)
+    shown = thinned(mesh, coarsely=coarsely)
     original = Original.of(mesh, shown, solid, room.margin, options, overrides.triangles)
     if not deadline.limited and original.needs_outlines(options.refine.decimated):
         # First: they pay for a table of edges, by which smaller pictures are then drawn as well.
         _ = original.outlines
     views = _views(original, deadline, stopped)
     depths = original.depths(views.projections, SIZE).rows_of_search()
-    surfaces = Surfaces(shown, solid.core, draft=draft)
-    return Looks(original, replace(views, depths=depths), surfaces, room)
+    return Looks(original, replace(views, depths=depths), Surfaces(shown, solid.core), room)
 
 
 def _views(original: Original, deadline: Deadline, stopped: Stopped | None) -> RefineViews:

@@ -13,7 +13,7 @@ from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, NOTHING, Overrides
 from simplifier.geometry.solid import Solid
-from simplifier.kernels.threads import working
+from simplifier.kernels.threads import running
 from simplifier.options.stages import ERROR_VOXELS, Options, fineness
 from simplifier.progress import Cancel, Deadline, Listener, Stopwatch
 from simplifier.slicing.flats import flat_directions
@@ -57,7 +57,7 @@ class Simplification:
         return self.occluder.timings
 
 
-@working()
+@running()
 def simplify_mesh(
     mesh: TriangleMesh,
     options: Options,

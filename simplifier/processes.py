@@ -22,7 +22,7 @@ from typing import Any
 
 from simplifier.errors import BackendUnavailableError, OccluderError
 from simplifier.kernels.compiled.waiting import load_imported
-from simplifier.kernels.threads import working
+from simplifier.kernels.threads import running
 from simplifier.progress import Cancel
 
 ATTEMPTS = 2
@@ -52,7 +52,7 @@ def run_jobs_here(
     """
 
     def attempted(job: Any) -> Answer:
-        with working():
+        with running():
             return answer_of(work, job)
 
     with ThreadPoolExecutor(threads) as pool:

@@ -88,7 +88,7 @@ def run_each(make: Callable[[Given], Made], given: Sequence[Given]) -> list[Made
 
 
 @contextmanager
-def working() -> Iterator[None]:
+def running() -> Iterator[None]:
     """Around a run of many calls: between them, too, this thread counts among those at work, so
     that there is one less that helps others, and those that help stay for the next call."""
     with _CREW.running():

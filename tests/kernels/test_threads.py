@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.kernels.threads import Ahead, run_chunks, run_each, thread_count, working
+from simplifier.kernels.threads import Ahead, run_chunks, run_each, running, thread_count
 
 sizes = st.integers(0, 200)
 
@@ -247,7 +247,7 @@ def test_who_waits_for_what_is_made_ahead_lets_it_have_help(monkeypatch):
         run_each(lambda place: helped.wait(), range(2))
         return "made"
 
-    with closing(Ahead(make)) as ahead, working():
+    with closing(Ahead(make)) as ahead, running():
         ahead.begin()
         assert asked.wait(timeout=20.0)
         assert ahead.result() == "made"
@@ -265,7 +265,7 @@ def test_within_a_run_one_thread_helps_again_and_again_and_is_gone_behind_it(mon
         together.wait()
         workers.add(threading.get_ident())
 
-    with working():
+    with running():
         for _ in range(5):
             together = threading.Barrier(2, timeout=20.0)
             run_each(work, range(2))
@@ -291,7 +291,7 @@ def test_what_was_worked_on_is_let_go_of_at_once(monkeypatch):
     gc.collect()
     gc.disable()
     try:
-        with working():
+        with running():
             assert call()() is None
     finally:
         gc.enable()
@@ -300,7 +300,7 @@ def test_what_was_worked_on_is_let_go_of_at_once(monkeypatch):
 def test_a_helper_that_nobody_needs_soon_ends_and_another_comes(monkeypatch):
     monkeypatch.setenv("OCCLUDER_THREADS", "2")
     before = threading.active_count()
-    with working():
+    with running():
         test_chunks_run_at_the_same_time(monkeypatch)
         wait_until_there_are(before)
         test_chunks_run_at_the_same_time(monkeypatch)

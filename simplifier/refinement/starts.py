@@ -40,11 +40,14 @@ from simplifier.refinement.search import pull_into
 class Surfaces:
     """What searches may begin with that is not cut: the solid's surface, and the mesh itself.
 
-    ``shown`` is what pictures show of the mesh, world units; ``grid`` that of the solid.
+    ``shown`` is what pictures show of the mesh, world units; ``grid`` that of the solid, which is
+    a ``sheet`` or not; ``room`` the widest that triangles are to keep to.
     """
 
-    def __init__(self, shown: TriangleMesh, grid: VoxelGrid) -> None:
-        self._shown, self._grid = shown, grid
+    def __init__(
+        self, shown: TriangleMesh, grid: VoxelGrid, room: Room, *, sheet: bool = False
+    ) -> None:
+        self._shown, self._grid, self._room, self._sheet = shown, grid, room, sheet
         self._reduced: dict[int, tuple[Surface, BoolArray]] = {}
         self._fine: dict[tuple[int, int], list[FloatArray]] = {}
 
@@ -58,20 +61,25 @@ class Surfaces:
         """Whether a border is around all of what is shown, as of a terrain."""
         return bool(outline_of(self._clusters).any())
 
+    @property
+    def terrain_like(self) -> bool:
+        """Whether it is a sheet for sure, and outlined."""
+        return self._sheet and max(self._grid.shape) >= _SURE and self.outlined
+
+    def of_solid(self, budget: int, room: Room) -> FloatArray:
+        """The solid's surface: a soup (m, 3, 3) in the place of the ``room``, m at most the
+        budget."""
+        return _pulled(*enclosed_start(room, budget), room)
+
+    def of_mesh(self, budget: int, room: Room) -> FloatArray:
+        """The same of the mesh, in cells of voxels; of one with an outline from what is reduced."""
+        surface = self.reduced(budget)[0] if self.outlined else self._clusters
+        return _pulled(*decimate_into(*surface, room, budget), room)
+
     @cached_property
-    def _clusters(self) -> tuple[FloatArray, IntArray]:
+    def _clusters(self) -> Surface:
         """Which are decimated to any number of triangles."""
         return cluster_vertices(self._shown, self._grid)
-
-    def decimated(self, budget: int, room: Room) -> list[FloatArray]:
-        """The solid's surface, and the mesh in cells of voxels: soups (m, 3, 3) in the place of the
-        ``room``, m at most the budget."""
-
-        def begin(of: str) -> FloatArray:
-            surface = _enclosed(room) if of == "solid" else self._clusters
-            return _pulled(*decimate_into(*surface, room, budget), room)
-
-        return run_each(begin, ("solid", "mesh"))
 
     def fine(self, budget: int, rooms: Sequence[Room]) -> list[FloatArray]:
         """The mesh in fewer triangles, as thin as pictures show it, in each room: made once."""
@@ -86,14 +94,21 @@ class Surfaces:
         """The surface in grid space that :meth:`fine` decimates, and its outline: made once.
 
         It is of as few triangles as decimate soon, which takes one thread half of the time of
-        :meth:`fine`.
+        :meth:`fine`.  Of a sheet with an outline, of which there are several starts, it has so few
+        that each takes next to no time.
         """
         if budget not in self._reduced:
             shown = self._shown
             if not self.few:
                 shown = reduce_to(shown, min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE))
             surface = weld_vertices(shown, self._grid)
-            self._reduced[budget] = surface, outline_of(surface)
+            outline = outline_of(surface)
+            if outline.any() and self.outlined:
+                left = max(_LEAST_SHEET, _FOR_EACH_OF_SHEET * budget)
+                points, faces = decimated(*surface, self._room, left, FIRM[0], outline)
+                surface = points - self._room.margin, faces
+                outline = outline_of(surface)
+            self._reduced[budget] = surface, outline
         return self._reduced[budget]
 
 
@@ -107,12 +122,8 @@ def enclosed_start(room: Room, budget: int) -> tuple[FloatArray, IntArray]:
     Returns vertices (n, 3) float64 in grid space and faces (m, 3) int32, m at most the budget and
     0 where the solid is nowhere thicker than a voxel.
     """
-    return decimate_into(*_enclosed(room), room, budget)
-
-
-def _enclosed(room: Room) -> Surface:
     vertices, faces = inner_surface(room.shares)
-    return vertices - room.margin, faces
+    return decimate_into(vertices - room.margin, faces, room, budget)
 
 
 def fine_starts(
@@ -139,9 +150,11 @@ def fine_starts(
 
 _FOR_EACH = 320  # triangles that one of a start stands for, where that is within the next two
 _LEAST_FINE, _MOST_FINE = 10_000, 20_000  # the latter take a fiftieth of a second
+_FOR_EACH_OF_SHEET, _LEAST_SHEET = 8, 1_000  # the same of sheets with an outline
 
 
 _CELLS = 64  # along the longest edge, at most: what is finer only costs time
+_SURE = 32  # voxels along the longest edge: in fewer whatever is hollow may seem a sheet
 
 
 def cluster_vertices(mesh: TriangleMesh, grid: VoxelGrid) -> tuple[FloatArray, IntArray]:

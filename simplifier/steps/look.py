@@ -21,7 +21,7 @@ from simplifier.geometry.room import Room
 from simplifier.geometry.solid import Solid
 from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere
 from simplifier.kernels.bit_image import SIZE
-from simplifier.kernels.threads import Ahead, Stopped
+from simplifier.kernels.threads import Ahead, Stopped, run_both
 from simplifier.options.stages import Options
 from simplifier.progress import Deadline, Stopwatch, silent
 from simplifier.refinement.annealing import RefineViews, by_looks
@@ -179,8 +179,8 @@ def look(
     overrides: Overrides = NO_OVERRIDES,
     stopped: Stopped | None = None,
 ) -> Looks:
-    """The pictures that searches look at, and outlines if these are needed and there is time; all
-    others are made when they are asked for.
+    """The pictures that searches look at, outlines if these are needed and there is time, and the
+    surface that starts of a sheet are made of; all else is made when it is asked for.
 
     Raises :class:`StoppedError` soon after ``stopped`` is true, if given.
     """
@@ -188,12 +188,22 @@ def look(
     coarsely = not (options.refine.decimated or solid.is_sheet)
     shown = thinned(mesh, coarsely=coarsely)
     original = Original.of(mesh, shown, solid, room.margin, options, overrides.triangles)
-    if not deadline.limited and original.needs_outlines(options.refine.decimated):
-        # First: they pay for a table of edges, by which smaller pictures are then drawn as well.
-        _ = original.outlines
-    views = _views(original, deadline, stopped)
-    depths = original.depths(views.projections, SIZE).rows_of_search()
-    return Looks(original, replace(views, depths=depths), Surfaces(shown, solid.core), room)
+    surfaces = Surfaces(shown, solid.core, room, sheet=solid.is_sheet)
+
+    def reduced() -> None:
+        if not deadline.limited and surfaces.terrain_like:
+            surfaces.reduced(options.selection.budget)
+
+    def pictured() -> RefineViews:
+        if not deadline.limited and original.needs_outlines(options.refine.decimated):
+            # First: they pay for a table of edges, by which smaller pictures are drawn as well.
+            _ = original.outlines
+        views = _views(original, deadline, stopped)
+        return replace(views, depths=original.depths(views.projections, SIZE).rows_of_search())
+
+    # First what takes one thread long: others help with pictures.
+    _, views = run_both(reduced, pictured)
+    return Looks(original, views, surfaces, room)
 
 
 def _views(original: Original, deadline: Deadline, stopped: Stopped | None) -> RefineViews:

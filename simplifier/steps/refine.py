@@ -14,7 +14,7 @@ from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import Solid
-from simplifier.kernels.threads import Ahead, run_each, thread_count
+from simplifier.kernels.threads import Ahead, run_both, thread_count
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.finalists import MUCH, OUTLINE, Judge, Outlines
@@ -182,16 +182,27 @@ class _Run:
         tell: Callable[[float, float], Stop],
         cancelled: Callable[[], bool],
     ) -> _Run:
-        """From what sections score, and how much time is left."""
-        aims, in_time = options.refine, deadline.left > _SEVERAL_SECONDS
+        """From what sections score, and how much time is left.
+
+        What is like a terrain is decimated whatever they score: that takes less time than a search,
+        and mostly hides more.
+        """
+        aims, in_time, solid = (
+            options.refine,
+            deadline.left > _SEVERAL_SECONDS,
+            looks.original.solid,
+        )
         # What keeps wholly inside leaves no room for the mesh itself.
-        has_room = not looks.original.solid.wholly_inside
+        has_room = not solid.wholly_inside
         enough = 0.0  # of the original's score, for sections to begin with alone
         if aims.decimated and in_time:
             enough = MUCH_BEGUN
-        elif looks.original.solid.is_sheet or (has_room and deadline.left > _DECIMATED_SECONDS):
+        elif solid.is_sheet or (has_room and deadline.left > _DECIMATED_SECONDS):
             enough = _LITTLE
-        decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough
+        decimated = enough > 0.0 and (
+            looks.surfaces.terrain_like
+            or hidden_share(start, looks.room, looks.views, aims) < enough
+        )
         several = in_time and (aims.decimated or decimated)
         return cls(start, looks, options, decimated, several, deadline, tell, cancelled)
 
@@ -382,26 +393,34 @@ class _Task:
         """What searches begin with, sections first; and of a simple mesh all of it in fewer
         triangles, which may leave nothing to search for.
 
-        Surfaces are decimated at the same time, since each leaves a core idle.  So what the judge
-        mostly asks for later is begun here as well, where there is a core for it.
+        All of it is made at the same time, since each leaves a core idle, and so are the pictures
+        that a simple mesh is judged by next.
         """
         run, surfaces = self.run, self.run.looks.surfaces
 
-        def decimated() -> list[FloatArray]:
-            return surfaces.decimated(self.budget, self.room)
+        def of_mesh() -> list[FloatArray]:
+            return [surfaces.of_mesh(self.budget, self.room)] if run.decimated else []
 
         def whole() -> list[FloatArray]:
             if run.simple:
                 return self.detailed(run.looks.room)
-            if run.decimated and thread_count() > 1:
+            if self.in_detail and run.decimated and thread_count() > 1:
                 surfaces.reduced(self.budget)
             return []
 
-        wanted = {decimated: run.decimated, whole: self.in_detail}
-        makers = [maker for maker, is_wanted in wanted.items() if is_wanted]
-        made = dict(zip(makers, run_each(lambda make: make(), makers), strict=True))
-        starts = [pull_into(run.start, self.room), *made.get(decimated, [])]
-        return starts, made.get(whole, [])
+        def of_mesh_and_whole() -> tuple[list[FloatArray], list[FloatArray]]:
+            if run.outlined:
+                surfaces.reduced(self.budget)  # before both ask for it
+            return run_both(of_mesh, whole)
+
+        def of_solid() -> list[FloatArray]:
+            made = [surfaces.of_solid(self.budget, self.room)] if run.decimated else []
+            if self.in_detail and run.simple:
+                _ = run.judge
+            return made
+
+        (mesh, fine), solid = run_both(of_mesh_and_whole, of_solid)
+        return [pull_into(run.start, self.room), *solid, *mesh], fine
 
     def detailed(self, *rooms: Room) -> list[FloatArray]:
         """The mesh in full detail and fewer triangles, in each room."""

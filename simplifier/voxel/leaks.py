@@ -70,7 +70,10 @@ def leak_warning(
     """What to say of voxels that leak; arguments as of :func:`remedies`."""
     helps = [remedy.advice for remedy in remedies(touched, filled, closed_sides, smallest_hole)]
     voxels = max(touched.inside.shape)
-    what = f"the mesh is not watertight at {voxels} voxels, so the occluder hides little"
+    what = (
+        f"the mesh is not watertight at {voxels} voxels,"
+        " so only its surface hides, and not what it seems to enclose"
+    )
     if helps:
         return f"{what}; try {', or '.join([*helps, 'a lower resolution'])}"
     return (

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from simplifier.kernels.threads import Ahead, run_chunks, run_each, running, thread_count
+from simplifier.kernels.threads import Ahead, run_both, run_chunks, run_each, running, thread_count
 
 sizes = st.integers(0, 200)
 
@@ -200,6 +200,22 @@ def test_each_is_made_in_order_and_an_error_comes_back(monkeypatch, threads):
     assert run_each(str, []) == []
     with pytest.raises(ZeroDivisionError):
         run_each(lambda number: 1 / number, [2, 1, 0, 4])
+
+
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_both_are_made_this_thread_at_the_first(monkeypatch, threads):
+    monkeypatch.setenv("OCCLUDER_THREADS", threads)
+    begun = threading.Barrier(int(threads), timeout=20.0)
+
+    def made_by():
+        begun.wait()
+        return threading.get_ident()
+
+    first, second = run_both(made_by, made_by)
+    assert first == threading.get_ident()
+    assert (first == second) == (threads == "1")
+    with pytest.raises(ZeroDivisionError):
+        run_both(lambda: 1 / 0, lambda: "made")
 
 
 def test_a_nested_call_gets_no_third_thread_while_two_are_at_work(monkeypatch):

@@ -22,7 +22,7 @@ from simplifier.refinement.starts import (
 from simplifier.voxel.fill import fill
 from simplifier.voxel.room import coarse_room
 from simplifier.voxel.voxelize import voxelize
-from tests.solids import box, joined, random_soup, rounded_box, sphere, table
+from tests.solids import box, hills, joined, random_soup, rounded_box, sphere, table
 
 SHAPES = {
     "ball": sphere(1.0, rings=12), "box": box((1.0, 2.0, 0.5)), "table": table(),
@@ -94,18 +94,62 @@ def test_a_surface_is_reduced_once_before_or_when_it_is_asked_for(monkeypatch):
     mesh, made = rounded_box(rings=80), []
     grid = fill(voxelize(mesh, 24))
     room = coarse_room(grid, 1)
-    late = Surfaces(mesh, grid).fine(12, [room])
+    late = Surfaces(mesh, grid, room).fine(12, [room])
     reduce = starts_module.reduce_to
     monkeypatch.setattr(
         starts_module, "reduce_to", lambda mesh, most: made.append(most) or reduce(mesh, most)
     )
-    surfaces = Surfaces(mesh, grid)
+    surfaces = Surfaces(mesh, grid, room)
     surface, outline = surfaces.reduced(12)
     assert len(surface[1]) <= made[0] < len(mesh.faces)
     assert not outline.any()
     assert all(np.array_equal(*pair) for pair in zip(surfaces.fine(12, [room]), late, strict=True))
     surfaces.fine(12, [room])
     assert len(made) == 1
+
+
+@pytest.mark.parametrize(("budget", "most"), [(23, 1_000), (300, 2_400)])
+def test_all_starts_of_a_sheet_with_an_outline_are_made_of_few_triangles(monkeypatch, budget, most):
+    """Each was decimated from all that it was reduced to, which took ten milliseconds."""
+    mesh, sizes = hills(160), []
+    grid = fill(voxelize(mesh, 64))
+    room = coarse_room(grid, 1)
+    surfaces = Surfaces(mesh, grid, room)
+    (points, faces), outline = surfaces.reduced(budget)
+    assert budget < len(faces) <= most
+    border = np.zeros(len(points), np.bool_)
+    border[_border(faces)] = True
+    assert np.array_equal(outline, border)
+    assert grid.to_grid(mesh.vertices)[:, :2].max(axis=0) == pytest.approx(
+        points[:, :2].max(axis=0), abs=0.5
+    )
+    decimate = starts_module.decimated
+    monkeypatch.setattr(
+        starts_module, "decimated",
+        lambda vertices, faces, *others: (
+            sizes.append(len(faces)) or decimate(vertices, faces, *others)
+        ),
+    )  # fmt: skip
+    made = [surfaces.of_mesh(budget, room), *surfaces.fine(budget, [room])]
+    assert [0 < len(one) <= budget for one in made] == [True] * 3
+    assert sizes == [len(faces)] * 2
+
+
+def _border(faces):
+    """Vertices of the edges that one face has."""
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    pairs, counts = np.unique(edges, axis=0, return_counts=True)
+    return np.unique(pairs[counts == 1])
+
+
+def test_what_has_an_outline_by_chance_alone_is_not_made_so_few(monkeypatch):
+    """Of forty cards that crossed each other the borders of some met where they were welded."""
+    monkeypatch.setattr(Surfaces, "outlined", False)
+    mesh = hills(160)
+    grid = fill(voxelize(mesh, 64))
+    (_, faces), outline = Surfaces(mesh, grid, coarse_room(grid, 1)).reduced(23)
+    assert outline.any()
+    assert len(faces) > 5_000
 
 
 @settings(max_examples=30)

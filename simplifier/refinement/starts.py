@@ -72,8 +72,8 @@ class Surfaces:
         return _pulled(*enclosed_start(room, budget), room)
 
     def of_mesh(self, budget: int, room: Room) -> FloatArray:
-        """The same of the mesh, in cells of voxels; of one with an outline from what is reduced."""
-        surface = self.reduced(budget)[0] if self.outlined else self._clusters
+        """The same of the mesh: in cells of voxels, or of a terrain what it was reduced to."""
+        surface = self.reduced(budget)[0] if self.terrain_like else self._clusters
         return _pulled(*decimate_into(*surface, room, budget), room)
 
     @cached_property
@@ -94,8 +94,8 @@ class Surfaces:
         """The surface in grid space that :meth:`fine` decimates, and its outline: made once.
 
         It is of as few triangles as decimate soon, which takes one thread half of the time of
-        :meth:`fine`.  Of a sheet with an outline, of which there are several starts, it has so few
-        that each takes next to no time.
+        :meth:`fine`.  Of what is like a terrain it has so few that each of its several starts takes
+        next to no time.
         """
         if budget not in self._reduced:
             shown = self._shown
@@ -103,8 +103,8 @@ class Surfaces:
                 shown = reduce_to(shown, min(max(_FOR_EACH * budget, _LEAST_FINE), _MOST_FINE))
             surface = weld_vertices(shown, self._grid)
             outline = outline_of(surface)
-            if outline.any() and self.outlined:
-                left = max(_LEAST_SHEET, _FOR_EACH_OF_SHEET * budget)
+            if outline.any() and self.terrain_like:
+                left = max(_LEAST_TERRAIN, _FOR_EACH_OF_TERRAIN * budget)
                 points, faces = decimated(*surface, self._room, left, FIRM[0], outline)
                 surface = points - self._room.margin, faces
                 outline = outline_of(surface)
@@ -150,7 +150,7 @@ def fine_starts(
 
 _FOR_EACH = 320  # triangles that one of a start stands for, where that is within the next two
 _LEAST_FINE, _MOST_FINE = 10_000, 20_000  # the latter take a fiftieth of a second
-_FOR_EACH_OF_SHEET, _LEAST_SHEET = 8, 1_000  # the same of sheets with an outline
+_FOR_EACH_OF_TERRAIN, _LEAST_TERRAIN = 8, 1_000  # the same of what is like a terrain
 
 
 _CELLS = 64  # along the longest edge, at most: what is finer only costs time

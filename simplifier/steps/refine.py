@@ -409,7 +409,7 @@ class _Task:
             return []
 
         def of_mesh_and_whole() -> tuple[list[FloatArray], list[FloatArray]]:
-            if run.outlined:
+            if run.decimated and surfaces.terrain_like:
                 surfaces.reduced(self.budget)  # before both ask for it
             return run_both(of_mesh, whole)
 

@@ -63,8 +63,9 @@ class Surfaces:
 
     @property
     def terrain_like(self) -> bool:
-        """Whether it is a sheet for sure, and outlined."""
-        return self._sheet and max(self._grid.shape) >= _SURE and self.outlined
+        """Whether it surely is a sheet, of many triangles, and outlined."""
+        many = len(self._shown.faces) > _LEAST_TERRAIN
+        return self._sheet and many and max(self._grid.shape) >= _SURE and self.outlined
 
     def of_solid(self, budget: int, room: Room) -> FloatArray:
         """The solid's surface: a soup (m, 3, 3) in the place of the ``room``, m at most the

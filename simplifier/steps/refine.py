@@ -182,34 +182,25 @@ class _Run:
         tell: Callable[[float, float], Stop],
         cancelled: Callable[[], bool],
     ) -> _Run:
-        """From what sections score, and how much time is left.
-
-        What is like a terrain is decimated whatever they score: that takes less time than a search,
-        and mostly hides more.
-        """
-        aims, in_time, solid = (
-            options.refine,
-            deadline.left > _SEVERAL_SECONDS,
-            looks.original.solid,
-        )
+        """From what sections score, and how much time is left."""
+        aims, in_time = options.refine, deadline.left > _SEVERAL_SECONDS
         # What keeps wholly inside leaves no room for the mesh itself.
-        has_room = not solid.wholly_inside
+        has_room = not looks.original.solid.wholly_inside
         enough = 0.0  # of the original's score, for sections to begin with alone
         if aims.decimated and in_time:
             enough = MUCH_BEGUN
-        elif solid.is_sheet or (has_room and deadline.left > _DECIMATED_SECONDS):
+        elif looks.original.solid.is_sheet or (has_room and deadline.left > _DECIMATED_SECONDS):
             enough = _LITTLE
-        decimated = enough > 0.0 and (
-            looks.surfaces.terrain_like
-            or hidden_share(start, looks.room, looks.views, aims) < enough
-        )
+        decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough
         several = in_time and (aims.decimated or decimated)
         return cls(start, looks, options, decimated, several, deadline, tell, cancelled)
 
     @cached_property
     def outlined(self) -> bool:
-        """Whether it is a sheet with an outline, which in full detail mostly is best."""
-        return self.decimated and self.looks.surfaces.outlined
+        """Whether it is a sheet with an outline, which in full detail mostly is best: also where
+        sections score so much that nothing is decimated, of what is like a terrain."""
+        surfaces = self.looks.surfaces
+        return surfaces.terrain_like or (self.decimated and surfaces.outlined)
 
     @property
     def simple(self) -> bool:
@@ -237,7 +228,7 @@ class _Run:
     @cached_property
     def judge(self) -> Judge:
         """Only made where there is something to judge: its pictures take time."""
-        return self.looks.original.judge(self.several, self.outlines)
+        return self.looks.original.judge(self.several or self.outlined, self.outlines)
 
     @property
     def divided(self) -> bool:
@@ -249,7 +240,9 @@ class _Run:
     def judged(self) -> bool:
         """Whether there is time to judge what a search that begins now will find."""
         least = _SHEET_SECONDS if self.looks.original.solid.is_sheet else _JUDGED_SECONDS
-        return self.several or (self.deadline.limited and self.deadline.left > least)
+        if not self.deadline.limited:
+            return self.several or self.outlined
+        return self.several or self.deadline.left > least
 
     def time_for(self, share: float) -> Deadline | None:
         """That share of what a time limit leaves, less what it takes to judge what is found."""
@@ -409,7 +402,7 @@ class _Task:
             return []
 
         def of_mesh_and_whole() -> tuple[list[FloatArray], list[FloatArray]]:
-            if run.decimated and surfaces.terrain_like:
+            if surfaces.terrain_like and (run.decimated or self.in_detail):
                 surfaces.reduced(self.budget)  # before both ask for it
             return run_both(of_mesh, whole)
 

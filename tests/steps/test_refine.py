@@ -172,6 +172,7 @@ def test_starts_of_sections_alone_are_worse_for_a_sheet(monkeypatch):
 
     by_its_surface = recall()
     monkeypatch.setattr(refine_step, "_LITTLE", 0.0)  # no sections are so poor
+    monkeypatch.setattr(Surfaces, "terrain_like", False)
     assert by_its_surface > recall() + 0.05
 
 
@@ -185,6 +186,7 @@ def test_a_draft_of_bars_begins_with_the_mesh_too(monkeypatch):
 
     assert recall() > 0.9
     monkeypatch.setattr(refine_step, "_LITTLE", 0.0)  # no sections are so poor
+    monkeypatch.setattr(Surfaces, "terrain_like", False)
     assert recall() < 0.2
 
 
@@ -289,7 +291,9 @@ def test_of_a_sheet_with_an_outline_nothing_is_searched_where_it_hides_nearly_al
 
 
 @pytest.mark.parametrize("how", [{}, {"time_limit": 60.0}], ids=str)
-def test_a_draft_of_a_curved_sheet_is_decimated_however_good_its_sections_are(monkeypatch, how):
+def test_a_draft_of_a_curved_sheet_is_judged_in_full_detail_however_good_its_sections_are(
+    monkeypatch, how
+):
     """Half a pipe in 64 triangles hid 92.8 % by its sections and a search, in twice the time."""
     u, v, _ = hills(150).vertices.T
     bent = np.stack([np.cos(np.pi * u), np.sin(np.pi * u), 3.0 * v], axis=1)
@@ -411,7 +415,7 @@ def test_what_hides_wrongly_is_cut_back_where_nothing_found_is_worth_anything(mo
     assert after.recall > before.recall + 0.2
 
 
-def one_search(left, is_sheet=False, budget=64):
+def one_search(left, is_sheet=False, budget=64, terrain_like=False):
     """A run that has so many seconds left, of a mesh that is a sheet or not."""
     original = SimpleNamespace(
         outlines="finer pictures", needs_outlines=lambda several: True,
@@ -419,7 +423,9 @@ def one_search(left, is_sheet=False, budget=64):
     )  # fmt: skip
     return refine_step._Run(
         start=np.empty((0, 3, 3)),
-        looks=SimpleNamespace(original=original),
+        looks=SimpleNamespace(
+            original=original, surfaces=SimpleNamespace(terrain_like=terrain_like)
+        ),
         options=make_options(1.0, budget=budget),
         decimated=False,
         several=False,
@@ -444,6 +450,7 @@ def test_of_a_sheet_little_time_is_left_for_judging():
     assert [one_search(left).judged for left in lefts] == [False, False, True]
     assert [one_search(left, is_sheet=True).judged for left in lefts] == [False, True, True]
     assert not one_search(np.inf).judged  # a draft has no limit, and nothing to compare with
+    assert one_search(np.inf, is_sheet=True, terrain_like=True).judged
     hurried, solid = (one_search(0.05, is_sheet).time_for(1.0) for is_sheet in (True, False))
     assert hurried.seconds == pytest.approx(0.03)  # the rest is for judging
     assert solid.seconds == pytest.approx(0.041)

@@ -14,6 +14,7 @@ import numpy as np
 
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.kernels.fill import count_hollow
+from simplifier.kernels.threads import run_each
 from simplifier.voxel.fill import Side, enclose
 
 _ENCLOSED = 0.02  # enclosed voxels, as a share of the touched ones, below which little is inside
@@ -87,24 +88,29 @@ def remedies(
     """The ground that adds most and the smallest hole that helps, for voxels that leak.
 
     ``filled``, ``closed_sides`` and ``smallest_hole`` (voxels) are what was found and how.  A
-    remedy helps when it closes half of what looks hollow.  Costs up to six floods and three
+    remedy helps when it closes half of what looks hollow.  A larger hole closes nearly all that a
+    smaller one does, so the largest tells whether any helps.  Costs up to six floods and three
     closings.
     """
     least = _MUCH * hollow_count(touched) / touched.inside.size
 
-    def gain(sides: frozenset[Side], hole: float) -> float:
-        closed, _ = enclose(touched, sides, hole)
-        return (closed.count - filled.count) / touched.inside.size
+    def tried(side: Side | None, hole: float) -> Remedy:
+        """``hole`` in world units; 0 for the one that was tried."""
+        sides = closed_sides if side is None else frozenset({side})
+        closed, _ = enclose(
+            touched, sides, touched.in_voxels(hole) if hole > 0.0 else smallest_hole
+        )
+        return Remedy(side, hole, (closed.count - filled.count) / touched.inside.size)
 
     sides = [side for side in product(range(3), (0, -1)) if side not in closed_sides]
-    grounds = [Remedy(side, 0.0, gain(frozenset({side}), smallest_hole)) for side in sides]
-    holes = (
-        Remedy(None, hole, gain(closed_sides, touched.in_voxels(hole)))
-        for hole in _holes(touched, smallest_hole)
-    )
-    first = next((remedy for remedy in holes if remedy.share >= least), None)
-    best = max(grounds, key=lambda remedy: remedy.share)
-    return [remedy for remedy in (best, first) if remedy is not None and remedy.share >= least]
+    holes = list(_holes(touched, smallest_hole))
+    ways = [*((None, hole) for hole in holes[-1:]), *((side, 0.0) for side in sides)]
+    made = run_each(lambda way: tried(*way), ways)
+    found = [max(made[-len(sides) :], key=lambda remedy: remedy.share)]
+    if holes and made[0].share >= least:
+        smaller = (tried(None, hole) for hole in holes[:-1])
+        found.append(next((remedy for remedy in smaller if remedy.share >= least), made[0]))
+    return [remedy for remedy in found if remedy.share >= least]
 
 
 def _holes(touched: VoxelGrid, smallest_hole: float) -> Iterator[float]:

@@ -91,7 +91,7 @@ def zoomed_axis_start(worst: float) -> float:
 
 def _histogram(name: str, values: FloatArray, low: float, digits: int) -> bytes:
     figure = Figure(figsize=(7.2, 3.6), dpi=100, facecolor="white")
-    axes = figure.add_axes((0.09, 0.16, 0.87, 0.68))
+    axes = figure.add_axes((0.09, 0.16, 0.85, 0.68))  # right of it, half of "100.000 %" has room
     axes.hist(values, bins=_BINS, range=(low, 1.0), color="#5b8def", edgecolor="white", zorder=2)
     marks = [("median", float(np.median(values)), "#111111", "--")]
     marks.append(("worst", float(values.min()), "#c0262d", "-"))

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from simplifier.report.gallery import precision_histogram, recall_histogram, zoomed_axis_start
 
 BAR, WORST = (0x5B, 0x8D, 0xEF), (0xC0, 0x26, 0x2D)
-LEFT, RIGHT = 0.09 * 720, 0.96 * 720  # ends of the axis in the picture, pixels
+LEFT, RIGHT = 0.09 * 720, 0.94 * 720  # ends of the axis in the picture, pixels
 
 
 def decoded(data: bytes) -> np.ndarray:
@@ -51,6 +51,14 @@ def test_median_is_marked_at_its_value():
     dark = np.nonzero((picture[70:290].max(axis=2) < 60).sum(axis=0) >= 60)[0]
     inner = dark[(dark > LEFT + 10) & (dark < RIGHT - 10)]
     assert np.abs(share_of(inner, 0.0, 1.0) - 0.6).max() < 0.01
+
+
+@pytest.mark.parametrize("worst", [0.9996, 0.99, 0.3])
+def test_no_label_is_cut_at_the_border(worst):
+    """Of "100.000 %" the sign was."""
+    picture = decoded(precision_histogram(np.array([worst, 1.0])))
+    for border in (picture[:3], picture[-3:], picture[:, :3], picture[:, -3:]):
+        assert (border == 255).all()
 
 
 def test_precision_is_zoomed_to_where_it_is():

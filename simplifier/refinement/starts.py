@@ -73,7 +73,8 @@ class Surfaces:
         return _pulled(*enclosed_start(room, budget), room)
 
     def of_mesh(self, budget: int, room: Room) -> FloatArray:
-        """The same of the mesh: in cells of voxels, or of a terrain what it was reduced to."""
+        """The same of the mesh, by way of cells of voxels; of what is like a terrain by way of what
+        it was reduced to."""
         surface = self.reduced(budget)[0] if self.terrain_like else self._clusters
         return _pulled(*decimate_into(*surface, room, budget), room)
 

@@ -228,7 +228,12 @@ class _Run:
     @cached_property
     def judge(self) -> Judge:
         """Only made where there is something to judge: its pictures take time."""
-        return self.looks.original.judge(self.several or self.outlined, self.outlines)
+        return self.looks.original.judge(self.compared, self.outlines)
+
+    @property
+    def compared(self) -> bool:
+        """Whether what is found is compared with more, and there is time for all pictures."""
+        return self.several or (self.outlined and self.deadline.left > _DETAILED_SHEET_SECONDS)
 
     @property
     def divided(self) -> bool:
@@ -240,9 +245,7 @@ class _Run:
     def judged(self) -> bool:
         """Whether there is time to judge what a search that begins now will find."""
         least = _SHEET_SECONDS if self.looks.original.solid.is_sheet else _JUDGED_SECONDS
-        if not self.deadline.limited:
-            return self.several or self.outlined
-        return self.several or self.deadline.left > least
+        return self.compared or (self.deadline.limited and self.deadline.left > least)
 
     def time_for(self, share: float) -> Deadline | None:
         """That share of what a time limit leaves, less what it takes to judge what is found."""

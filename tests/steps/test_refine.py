@@ -186,7 +186,6 @@ def test_a_draft_of_bars_begins_with_the_mesh_too(monkeypatch):
 
     assert recall() > 0.9
     monkeypatch.setattr(refine_step, "_LITTLE", 0.0)  # no sections are so poor
-    monkeypatch.setattr(Surfaces, "terrain_like", False)
     assert recall() < 0.2
 
 
@@ -451,6 +450,7 @@ def test_of_a_sheet_little_time_is_left_for_judging():
     assert [one_search(left, is_sheet=True).judged for left in lefts] == [False, True, True]
     assert not one_search(np.inf).judged  # a draft has no limit, and nothing to compare with
     assert one_search(np.inf, is_sheet=True, terrain_like=True).judged
+    assert not one_search(0.01, is_sheet=True, terrain_like=True).judged
     hurried, solid = (one_search(0.05, is_sheet).time_for(1.0) for is_sheet in (True, False))
     assert hurried.seconds == pytest.approx(0.03)  # the rest is for judging
     assert solid.seconds == pytest.approx(0.041)

@@ -89,13 +89,14 @@ class Outlines:
 
 @dataclass(frozen=True, eq=False)
 class FineViews:
-    """``projections`` (V, 2, 4) to 256 x 256 pixels, the original's masks (V, 256, 4), what of
-    their quads is full (V,), and where overhang is counted."""
+    """``projections`` (V, 2, 4) to ``size`` pixels a side, the original's masks (V, size,
+    size / 64), what of their quads is full (V,), and where overhang is counted."""
 
     projections: FloatArray
     originals: MaskArray
     full: FloatArray
     outlines: Outlines
+    size: int = SIZE
 
     @classmethod
     def of(
@@ -105,6 +106,20 @@ class FineViews:
         fine = projections * (SIZE / 64)
         masks = outlines.device.coverage_masks(vertices, faces, fine, SIZE, SIZE)
         return cls(fine, masks, full_areas(masks, SIZE), outlines)
+
+    def halved(self) -> FineViews:
+        """The same by every other pixel of every other row: the original is not drawn again."""
+        projections, size = self.projections / 2.0, self.size // 2
+        projections[:, :, 3] += 0.25  # so that centres of pixels are those of the ones that stay
+        masks = _every_other(self.originals)
+        return FineViews(projections, masks, full_areas(masks, size), self.outlines, size)
+
+
+def _every_other(masks: MaskArray) -> MaskArray:
+    """Pixel of the rows and columns 0, 2, 4, ...: (V, rows, words) to half of both."""
+    pixels = np.unpackbits(masks.astype("<u8").view(np.uint8), axis=2, bitorder="little")
+    fewer = np.packbits(pixels[:, ::2, ::2], axis=2, bitorder="little")
+    return np.ascontiguousarray(fewer).view("<u8").astype(np.uint64)
 
 
 @dataclass(frozen=True)
@@ -138,16 +153,21 @@ def precision_and_recall(
     )
 
 
-def score_finalist(triangles: FloatArray, views: FineViews) -> FinalistScore:
-    """Judge a soup (m, 3, 3); none at all has precision 1, recall 0 and no overhang."""
+def score_finalist(
+    triangles: FloatArray, views: FineViews, beside: FloatArray | None = None
+) -> FinalistScore:
+    """Judge a soup (m, 3, 3); none at all has precision 1, recall 0 and no overhang.
+
+    ``beside`` (V,) is what :meth:`Outlines.overhang` counts of it, if known.
+    """
+    beside = views.outlines.overhang(triangles) if beside is None else beside
     together = np.concatenate([triangles, views.outlines.drawn])
-    shown = soup_masks(views.outlines.device, together, views.projections, SIZE)
-    beside = views.outlines.overhang(triangles)
+    shown = soup_masks(views.outlines.device, together, views.projections, views.size)
     priced = views.outlines.depths.known
     before = float(views.outlines.front(triangles).mean()) if priced else 0.0
     return FinalistScore(
-        *precision_and_recall(views.originals, shown, SIZE, views.full), float(beside.mean()),
-        float(beside.max()), before,
+        *precision_and_recall(views.originals, shown, views.size, views.full),
+        float(beside.mean()), float(beside.max()), before,
     )  # fmt: skip
 
 
@@ -190,14 +210,40 @@ class Judge:
 
     def worth(self, triangles: FloatArray) -> float:
         """Of a soup (m, 3, 3): its recall, less what its faults cost; 0 of none."""
-        found = self.score(triangles)
+        return self.worth_of(self.score(triangles))
+
+    def worth_of(self, found: FinalistScore) -> float:
+        """The same of what pictures have shown."""
+        return found.recall - self.faults_of(found)
+
+    def faults_of(self, found: FinalistScore) -> float:
+        """What they cost."""
         short = max(self.precision - found.precision, 0.0)
-        beside = max(found.overhang - self.overhang, 0.0)
-        worst = max(found.worst - 2.0 * self.overhang, 0.0)
         before = max(found.front - self.front, 0.0)
-        lost = _WRONG * (1.0 - found.precision) + _SHORT * short
-        worth = found.recall - lost - _BESIDE * beside - _WORST * worst
-        return worth - _BEFORE * before
+        lost = _WRONG * (1.0 - found.precision) + _SHORT * short + _BEFORE * before
+        return lost + self._price(found.overhang, found.worst)
+
+    def score_above(self, least: float, triangles: FloatArray) -> FinalistScore | None:
+        """Where it makes a worth of more than ``least``, of a soup that nobody asks for again.
+
+        Overhang is counted first, which takes a third of the time: mostly it tells that there is
+        too much of it, however much is hidden.
+        """
+        beside = self.views.outlines.overhang(triangles)
+        if 1.0 - self._price(float(beside.mean()), float(beside.max())) <= least:
+            return None
+        found = score_finalist(triangles, self.views, beside)
+        return found if self.worth_of(found) > least else None
+
+    def coarser(self) -> Judge:
+        """One whose pictures for precision and recall have half as many pixels a side, for soups
+        that differ by little."""
+        return Judge(self.views.halved(), self.precision, self.overhang, front=self.front)
+
+    def _price(self, overhang: float, worst: float) -> float:
+        """What overhang past the aims costs."""
+        beside, too_much = max(overhang - self.overhang, 0.0), max(worst - 2.0 * self.overhang, 0.0)
+        return _BESIDE * beside + _WORST * too_much
 
     def recall(self, triangles: FloatArray) -> float:
         """Of a soup (m, 3, 3), whatever its faults."""

@@ -20,6 +20,7 @@ from simplifier.progress import Best, Deadline, Stopwatch
 from simplifier.refinement.finalists import MUCH, OUTLINE, Judge, Outlines
 from simplifier.refinement.search import Stop, hidden_share, pull_into, refine
 from simplifier.refinement.second_search import FLAWLESS, is_doubtful, search_again
+from simplifier.refinement.settle import settled
 from simplifier.refinement.trim import is_worth_cutting, made_precise, trimmed
 from simplifier.refinement.withdraw import withdraw
 from simplifier.selection.measure import search_projections
@@ -39,6 +40,11 @@ _SMOOTH = 0.85  # of recall less faults, that few triangles have of what is smoo
 _WORTHLESS = 0.1  # of recall less faults: with less, what hides wrongly is cut back, too
 _FAULTS = 0.05  # of recall, that what hides more may lose by them
 _FIRST = 0.8  # of the time of two searches, when the first ends
+_MOSTLY = 0.8  # of recall, that makes corners of a sheet worth settling
+_SETTLED = 0.95  # of recall less faults, with which it then needs no search
+_SETTLED_WELL = 0.98  # the same where a search has many moves, which find more
+_MANY_MOVES = 100_000
+_SETTLING = 0.3  # of what a time limit leaves, for that
 _LITTLE = 0.1  # of the original's score: sections of hills, rods and shells have less
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _OUTLINED_SECONDS = 0.2  # for finer pictures of up to 64 triangles, in which overhang is judged
@@ -236,6 +242,20 @@ class _Run:
         return self.several or (self.outlined and self.deadline.left > _DETAILED_SHEET_SECONDS)
 
     @property
+    def settles(self) -> bool:
+        """Whether there is time to settle a sheet with an outline, corner by corner.  Leaves and
+        parts of houses seldom get good enough, so drafts and nodes of scenes settle only what is
+        like a terrain."""
+        aims = self.options.refine
+        patient = aims.decimated and aims.searches > 1
+        return self.compared and self.outlined and (patient or self.looks.surfaces.terrain_like)
+
+    @property
+    def settled_enough(self) -> float:
+        """Of recall less faults: what is settled and worth that much is not searched for."""
+        return _SETTLED if self.options.refine.moves < _MANY_MOVES else _SETTLED_WELL
+
+    @property
     def divided(self) -> bool:
         """Whether a search may follow the first, in less room: of a sheet within a time limit, too,
         all of which could be spent on triangles that only stick out."""
@@ -338,6 +358,9 @@ def _searched(
     task = _Task.of(run, budget)
     starts, whole = task.starts_and_whole()
     kept = _kept_whole(whole, run) if whole else None
+    better = _settled_whole(whole, run) if whole and kept is None and run.settles else []
+    if better:
+        kept = _kept_whole(better, run, run.settled_enough)
     if kept is not None:
         return [], kept, False
     first = _FIRST if run.divided else 1.0
@@ -350,7 +373,7 @@ def _searched(
     searched = f"The occluder was found by searches that began with {begun}."
     if not task.judged:
         return [], Refined((found or starts)[0], task.room.bound, searched), False
-    best = task.best_of(found, starts)
+    best = task.best_of([*found, *better], starts)
     again = None
     if run.divided and not run.cancelled():
         again = search_again(
@@ -451,12 +474,26 @@ class _Task:
         return Refined(best, room.bound, words)
 
 
-def _kept_whole(whole: Sequence[FloatArray], run: _Run) -> Refined | None:
+def _settled_whole(whole: Sequence[FloatArray], run: _Run) -> list[FloatArray]:
+    """The best of the mesh in full detail with its corners settled, where it hides most of it."""
+    worths = run.judge.worths(whole)
+    best = whole[worths.index(max(worths))]
+    if run.judge.recall(best) < _MOSTLY:
+        return []
+    deadline = run.deadline.part(_SETTLING)
+
+    def stopped() -> bool:
+        return run.cancelled() or deadline.is_up
+
+    return [settled(best, run.looks.room, run.judge, FLAWLESS, stopped)]
+
+
+def _kept_whole(whole: Sequence[FloatArray], run: _Run, enough: float = FLAWLESS) -> Refined | None:
     """The best of the mesh in full detail, where there is nothing or no time to search for."""
     worths = run.judge.worths(whole)
     worth, bound = max(worths), run.looks.room.bound
     best = whole[worths.index(worth)]
-    if worth >= FLAWLESS:
+    if worth >= enough:
         words = "The mesh in fewer triangles hides nearly all of it, so nothing was searched."
         return Refined(best, bound, words)
     if worth > 0.0 and run.deadline.left < _JUDGED_SECONDS:

@@ -8,6 +8,7 @@ import pytest
 from bench.meshes import bumpy_sphere
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.overhang import measure_overhang
+from simplifier.device.device import PROCESSOR, soup_masks
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.views import BoundingSphere, image_axes, random_directions
 from simplifier.refinement.finalists import FineViews, Judge, Outlines, score_finalist
@@ -121,3 +122,51 @@ def test_pictures_of_a_soup_are_drawn_once(views, monkeypatch):
     best = judge.best_of(some)
     assert judge.worth(best) <= judge.recall(best) == score_finalist(best, views).recall
     assert len(drawn) == 2
+
+
+def pixels(masks):
+    """(V, rows, columns) bool."""
+    return np.unpackbits(masks.view(np.uint8), axis=2, bitorder="little").astype(bool)
+
+
+@pytest.mark.parametrize("scale", [0.5, 0.9, 1.1])
+def test_halved_pictures_are_every_other_pixel_of_the_fine_ones(views, scale):
+    """Of the original, and of whatever is drawn to their size."""
+    halved = views.halved()
+    assert np.array_equal(pixels(halved.originals), pixels(views.originals)[:, ::2, ::2])
+    assert halved.size == views.size // 2
+    fine = soup_masks(PROCESSOR, soup(scale), views.projections, views.size)
+    small = soup_masks(PROCESSOR, soup(scale), halved.projections, halved.size)
+    assert np.array_equal(pixels(small), pixels(fine)[:, ::2, ::2])
+
+
+@pytest.mark.parametrize("scale", [0.5, 0.8, 1.0, 1.02])
+def test_coarser_pictures_show_nearly_the_same(views, scale):
+    judge, triangles = Judge(views, 0.99, 0.005), soup(scale)
+    fine, coarse = judge.score(triangles), judge.coarser().score(triangles)
+    assert coarse.recall == pytest.approx(fine.recall, abs=0.01)
+    assert coarse.precision == pytest.approx(fine.precision, abs=0.001)
+    assert (coarse.overhang, coarse.worst) == (fine.overhang, fine.worst)
+
+
+@pytest.mark.parametrize("scale", [0.5, 0.9, 1.02, 1.3])
+def test_a_score_is_given_only_above_a_worth(views, scale):
+    judge, triangles = Judge(views, 0.99, 0.005), soup(scale)
+    worth = judge.worth(triangles)
+    assert judge.score_above(worth, triangles) is None
+    assert judge.score_above(worth - 1e-9, triangles) == judge.score(triangles)
+    assert judge.worth_of(judge.score(triangles)) == worth
+
+
+def test_what_sticks_out_too_much_is_not_drawn_for_recall(views, monkeypatch):
+    judge, drawn = Judge(views, 0.99, 0.005), []
+
+    def score(*given):
+        drawn.append(given)
+        return score_finalist(*given)
+
+    monkeypatch.setattr("simplifier.refinement.finalists.score_finalist", score)
+    assert judge.score_above(0.0, soup(1.05)) is None
+    assert drawn == []
+    assert judge.score_above(0.0, soup(0.9)) is not None
+    assert len(drawn) == 1

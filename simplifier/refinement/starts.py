@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,8 @@ from simplifier.refinement.decimate import (
     coarse,
     decimate_into,
     decimated,
+    fitted_into,
+    keeps_to,
     moved_into,
     outline_of,
 )
@@ -83,11 +86,15 @@ class Surfaces:
         """Which are decimated to any number of triangles."""
         return cluster_vertices(self._shown, self._grid)
 
-    def fine(self, budget: int, rooms: Sequence[Room]) -> list[FloatArray]:
-        """The mesh in fewer triangles, as thin as pictures show it, in each room: made once."""
+    def fine(self, budget: int, rooms: Sequence[Room], *, fitted: bool = False) -> list[FloatArray]:
+        """The mesh in fewer triangles, as thin as pictures show it, in each room: made once.
+
+        ``fitted``  whether a sheet that would have holes is fitted into the room as well.
+        """
         left = {room.limit: room for room in rooms if (budget, room.limit) not in self._fine}
         if left:
-            made = fine_starts(*self.reduced(budget), list(left.values()), budget)
+            reduced = self.reduced(budget)
+            made = fine_starts(*reduced, list(left.values()), budget, fitted=fitted)
             for room, some in zip(left.values(), made, strict=True):
                 self._fine[budget, room.limit] = [_pulled(*one, room) for one in some]
         return [one for room in rooms for one in self._fine[budget, room.limit]]
@@ -129,10 +136,17 @@ def enclosed_start(room: Room, budget: int) -> tuple[FloatArray, IntArray]:
 
 
 def fine_starts(
-    surface: Surface, outline: BoolArray, rooms: Sequence[Room], budget: int
+    surface: Surface,
+    outline: BoolArray,
+    rooms: Sequence[Room],
+    budget: int,
+    *,
+    fitted: bool = False,
 ) -> list[list[Surface]]:
     """A surface in at most ``budget`` triangles, thinner than a voxel as it may be: one for each
     room, several of a sheet with an ``outline`` (n,), which :func:`~.decimate.outline_of` finds.
+    A sheet of which some leaves the room once moved into it would have holes, so it is ``fitted``
+    into it as well.
 
     The ``rooms`` are one, each up to another limit; the surface is in grid space.
 
@@ -142,12 +156,17 @@ def fine_starts(
     manners = FIRM if outline.any() else (CLOSE,)
     ways = [(room, manner) for room in rooms for manner in manners]
 
-    def begin(way: tuple[Room, Manner]) -> Surface:
+    def begin(way: tuple[Room, Manner]) -> list[Surface]:
         room, manner = way
-        return moved_into(*decimated(*surface, room, budget, manner, outline), room)
+        fewer = decimated(*surface, room, budget, manner, outline)
+        made = [moved_into(*fewer, room)]
+        if fitted and outline.any() and not keeps_to(made[0], room):
+            made.append(fitted_into(*fewer, room))
+        return made
 
     made = run_each(begin, ways)
-    return [made[first : first + len(manners)] for first in range(0, len(made), len(manners))]
+    of_rooms = [made[first : first + len(manners)] for first in range(0, len(made), len(manners))]
+    return [list(chain.from_iterable(some)) for some in of_rooms]
 
 
 _FOR_EACH = 320  # triangles that one of a start stands for, where that is within the next two

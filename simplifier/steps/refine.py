@@ -443,7 +443,10 @@ class _Task:
 
     def detailed(self, *rooms: Room) -> list[FloatArray]:
         """The mesh in full detail and fewer triangles, in each room."""
-        return self.run.looks.surfaces.fine(self.budget, rooms) if self.in_detail else []
+        if not self.in_detail:
+            return []
+        # Those that are fitted stick out, which settling mends.
+        return self.run.looks.surfaces.fine(self.budget, rooms, fitted=self.run.settles)
 
     def best_of(self, found: Sequence[FloatArray], starts: Sequence[FloatArray]) -> FloatArray:
         """What the judge chooses, of the mesh in full detail as well, which no search has begun
@@ -475,11 +478,12 @@ class _Task:
 
 
 def _settled_whole(whole: Sequence[FloatArray], run: _Run) -> list[FloatArray]:
-    """The best of the mesh in full detail with its corners settled, where it hides most of it."""
-    worths = run.judge.worths(whole)
-    best = whole[worths.index(max(worths))]
-    if run.judge.recall(best) < _MOSTLY:
+    """The best of the mesh in full detail that hides most of it, with its corners settled."""
+    most = [one for one in whole if run.judge.recall(one) >= _MOSTLY]
+    if not most:
         return []
+    worths = run.judge.worths(most)
+    best = most[worths.index(max(worths))]
     deadline = run.deadline.part(_SETTLING)
 
     def stopped() -> bool:

@@ -17,6 +17,7 @@ from simplifier.refinement.starts import (
     Surfaces,
     cluster_vertices,
     enclosed_start,
+    fine_starts,
     weld_vertices,
 )
 from simplifier.voxel.fill import fill
@@ -131,8 +132,48 @@ def test_all_starts_of_a_terrain_are_made_of_few_triangles(monkeypatch, budget, 
         ),
     )  # fmt: skip
     made = [surfaces.of_mesh(budget, room), *surfaces.fine(budget, [room])]
-    assert [0 < len(one) <= budget for one in made] == [True] * 3
+    assert all(0 < len(one) <= budget for one in made)
+    assert len(made) == 3
     assert sizes == [len(faces)] * 2
+
+
+@pytest.mark.parametrize("budget", [16, 32, 48])
+def test_a_sheet_that_leaves_the_room_is_fitted_into_it_too(budget):
+    """With a fifth of its triangles outside, moved out of the others' way, it hid a quarter of what
+    it hides without holes."""
+    grid = fill(voxelize(hills(120), 64))
+    room = coarse_room(grid, 1)
+    surface, outline = Surfaces(hills(120), grid, room, sheet=True).reduced(budget)
+    [made] = fine_starts(surface, outline, [room], budget, fitted=True)
+    moved, fitted = ([inside_share(*one, grid) for one in made[first::2]] for first in range(2))
+    assert len(moved) == len(fitted) == 2
+    assert max(moved) < 0.95
+    assert all(after > before for before, after in zip(moved, fitted, strict=True))
+    assert min(fitted) == 1.0 or budget < 32
+    for one in made:
+        check(*one, budget, grid.shape)
+    again = fine_starts(surface, outline, [room], budget, fitted=True)[0]
+    assert all(
+        np.array_equal(a, b) for one, other in zip(made, again, strict=True)
+        for a, b in zip(one, other, strict=True)
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("mesh", "budget", "asked"),
+    [(hills(120), 90, True), (hills(120), 16, False), (rounded_box(), 12, True)],
+    ids=["keeps to the room", "not asked for", "closed"],
+)
+def test_nothing_else_is_fitted(monkeypatch, mesh, budget, asked):
+    def fit(*given):
+        raise AssertionError
+
+    monkeypatch.setattr(starts_module, "fitted_into", fit)
+    grid = fill(voxelize(mesh, 64))
+    room = coarse_room(grid, 1)
+    surface, outline = Surfaces(mesh, grid, room, sheet=True).reduced(budget)
+    [made] = fine_starts(surface, outline, [room], budget, fitted=asked)
+    assert len(made) == (2 if outline.any() else 1)
 
 
 def _border(faces):

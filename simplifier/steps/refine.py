@@ -44,6 +44,7 @@ _MOSTLY = 0.8  # of recall, that makes corners of a sheet worth settling
 _SETTLED = 0.95  # of recall less faults, with which it then needs no search
 _SETTLED_WELL = 0.98  # the same where a search has many moves, which find more
 _MANY_MOVES = 100_000
+_SLIGHT = 0.01  # overhang: who asks for more of it asks for what searches find by it
 _SETTLING = 0.3  # of what a time limit leaves, for that
 _LITTLE = 0.1  # of the original's score: sections of hills, rods and shells have less
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
@@ -253,7 +254,10 @@ class _Run:
     @property
     def settled_enough(self) -> float:
         """Of recall less faults: what is settled and worth that much is not searched for."""
-        return _SETTLED if self.options.refine.moves < _MANY_MOVES else _SETTLED_WELL
+        aims = self.options.refine
+        if aims.overhang > _SLIGHT:
+            return FLAWLESS
+        return _SETTLED if aims.moves < _MANY_MOVES else _SETTLED_WELL
 
     @property
     def divided(self) -> bool:

@@ -1,0 +1,188 @@
+"""Open sheets with an outline in few triangles: ``python -m bench.sheets [NAME ...]``.
+
+Seven terrains, of which six are noise, and eleven other sheets: cloths, domes, pipes and the like.
+Of each in each number of triangles, means over the seeds: recall, overhang in the mean and in the
+worst view, all in percent of 256 views that no search has seen, and milliseconds from the mesh in
+memory to its triangles, kernels warm.  ``--presets draft,balanced``, ``--budgets 12,16,24`` and
+``--seeds 2`` say what is run; names after that, which sheets.  If none is named, each preset's rows
+go to ``bench/results/sheets_PRESET.csv`` and to ``sheets.md``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+import simplifier
+from bench.meshes import load_stand_in, stand_in_named
+from bench.quality import RESULTS
+from bench.record import Row, told, write_page, write_table
+from bench.times import skipped
+from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
+from tests.solids import hills
+
+PRESETS = ("draft", "balanced")
+BUDGETS = (12, 16, 24, 32, 40, 48, 64)
+TERRAIN = "terrain"
+
+Shape = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
+"""From a square (n, n), u and v from 0 to 1, to places x, y and z."""
+
+_NOISE = ((1, 180, 2.5), (2, 180, 3.2), (3, 120, 2.2), (4, 180, 3.8), (5, 60, 3.0), (6, 250, 2.8))
+"""Seed, vertices a side, and how fast waves get lower the shorter they are."""
+
+_QUARTER, _HALF, _TURN = np.pi / 2.0, np.pi, 2.0 * np.pi
+
+
+def _dome(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    down = _QUARTER * (0.05 + 0.95 * u)
+    return np.sin(down) * np.cos(_TURN * v), np.sin(down) * np.sin(_TURN * v), np.cos(down)
+
+
+def _peak(u: FloatArray, v: FloatArray, x: float, y: float, steep: float) -> FloatArray:
+    return np.asarray(np.exp(-steep * ((u - x) ** 2 + (v - y) ** 2)))
+
+
+SHAPES: dict[str, tuple[int, Shape]] = {
+    "flat": (180, lambda u, v: (u, v, 0.0 * u)),
+    "cloth": (180, lambda u, v: (u, v, 0.06 * np.sin(9.0 * u) * np.cos(7.0 * v))),
+    "flag": (150, lambda u, v: (u, 0.7 * v, 0.1 * np.sin(7.0 * u + 2.0 * v) * u)),
+    "dome": (180, _dome),
+    "half pipe": (150, lambda u, v: (np.cos(_HALF * u), np.sin(_HALF * u), 3.0 * v)),
+    "saddle": (180, lambda u, v: (u, v, 1.2 * ((u - 0.5) ** 2 - (v - 0.5) ** 2))),
+    "helicoid": (
+        180, lambda u, v: ((0.1 + 0.9 * u) * np.cos(5.0 * v), (0.1 + 0.9 * u) * np.sin(5.0 * v),
+                           0.5 * v),
+    ),
+    "two peaks": (
+        180, lambda u, v: (u, v, 0.5 * _peak(u, v, 0.4, 0.6, 40.0)
+                           + 0.3 * _peak(u, v, 0.8, 0.2, 60.0)),
+    ),
+    "disc": (
+        160, lambda u, v: (u * np.cos(_TURN * v), u * np.sin(_TURN * v), 0.1 * np.sin(6.0 * u)),
+    ),
+}  # fmt: skip
+"""Vertices a side, and their places."""
+
+
+def _grid(side: int) -> IntArray:
+    """Faces (m, 3) of a square of vertices, one row of them after the other."""
+    place = np.arange(side**2, dtype=np.int32).reshape(side, side)
+    a, b = place[:-1, :-1].ravel(), place[1:, :-1].ravel()
+    c, d = place[1:, 1:].ravel(), place[:-1, 1:].ravel()
+    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+
+
+def shaped(side: int, shape: Shape) -> TriangleMesh:
+    u, v = np.meshgrid(*[np.linspace(0.0, 1.0, side)] * 2, indexing="ij")
+    return TriangleMesh.from_soup(np.stack(shape(u, v), axis=-1).reshape(-1, 3), _grid(side))
+
+
+def noise(seed: int, side: int, smooth: float) -> TriangleMesh:
+    """A height field whose waves get lower with that power of their number, 0.15 sides high."""
+    waves = np.fft.fftfreq(side)
+    squares = waves[:, None] ** 2 + waves[None] ** 2
+    squares[0, 0] = 1.0
+    white = np.random.default_rng(seed).standard_normal((side, side))
+    spectrum = np.fft.fft2(white) * squares ** (-smooth / 2.0)
+    spectrum[0, 0] = 0.0
+    height = np.real(np.fft.ifft2(spectrum))
+    height *= 0.15 * side / np.ptp(height)
+    x, y = np.meshgrid(*[np.arange(side, dtype=np.float64)] * 2, indexing="ij")
+    return TriangleMesh.from_soup(np.stack([x, y, height], axis=-1).reshape(-1, 3), _grid(side))
+
+
+def cut_out(mesh: TriangleMesh) -> TriangleMesh:
+    """Without a quarter of it: an L."""
+    middle = mesh.vertices[mesh.faces].mean(axis=1)
+    return TriangleMesh.from_soup(mesh.vertices, mesh.faces[(middle[:, :2] < 0.5).any(axis=1)])
+
+
+def sheets() -> Iterator[tuple[str, TriangleMesh | None]]:
+    """Each by its name; None where an asset is not there."""
+    stand_in = stand_in_named(TERRAIN)
+    yield TERRAIN, None if stand_in.missing else load_stand_in(stand_in)
+    for seed, side, smooth in _NOISE:
+        yield f"{TERRAIN} {seed}", noise(seed, side, smooth)
+    for name, (side, shape) in SHAPES.items():
+        yield name, shaped(side, shape)
+    yield "L", cut_out(shaped(*SHAPES["cloth"]))
+    yield "hills", hills(120)
+
+
+def measured(mesh: TriangleMesh, name: str, preset: str, budget: int, seeds: int) -> Row:
+    """Means over the seeds."""
+    found = []
+    for seed in range(seeds):
+        asked = {"up": "z", "ground": name.startswith(TERRAIN)}
+        begin = time.perf_counter()
+        made = simplifier.simplify(mesh, preset=preset, budget=budget, seed=seed, **asked)
+        seconds = time.perf_counter() - begin
+        report = simplifier.evaluate(mesh, made.occluder, exact=True, **asked)
+        over = report.overhang
+        found.append((100 * report.recall, 100 * over.mean, 100 * over.worst, 1000 * seconds))
+    recall, beside, worst, took = (statistics.fmean(one) for one in zip(*found, strict=True))
+    return {
+        "sheet": name, "budget": budget, "recall": f"{recall:.1f}", "overhang": f"{beside:.2f}",
+        "worst overhang": f"{worst:.1f}", "milliseconds": f"{took:.0f}",
+    }  # fmt: skip
+
+
+def means(rows: Sequence[Row]) -> list[Row]:
+    """Over all numbers of triangles, of terrains, of other sheets and of all."""
+    measured_rows = [row for row in rows if "recall" in row]
+    kinds = {
+        "mean of terrains": [row for row in measured_rows if str(row["sheet"]).startswith(TERRAIN)],
+        "mean of others": [
+            row for row in measured_rows if not str(row["sheet"]).startswith(TERRAIN)
+        ],
+        "mean": measured_rows,
+    }
+    figures = {"recall": 1, "overhang": 2, "worst overhang": 1, "milliseconds": 0}
+    return [
+        {"sheet": kind}
+        | {
+            name: f"{statistics.fmean(float(str(row[name])) for row in some):.{digits}f}"
+            for name, digits in figures.items()
+        }
+        for kind, some in kinds.items()
+        if some
+    ]
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("names", nargs="*", help="of sheets; all without")
+    parser.add_argument("--presets", default=",".join(PRESETS))
+    parser.add_argument("--budgets", default=",".join(map(str, BUDGETS)))
+    parser.add_argument("--seeds", type=int, default=2)
+    given = parser.parse_args(words)
+    simplifier.warm_up()
+    for preset in given.presets.split(","):
+        rows: list[Row] = []
+        for name, mesh in sheets():
+            if given.names and name not in given.names:
+                continue
+            if mesh is None:
+                rows.append(skipped(name, stand_in_named(TERRAIN).missing))
+                continue
+            for budget in map(int, given.budgets.split(",")):
+                rows.append(measured(mesh, name, preset, budget, given.seeds))
+                print(preset, told(rows[-1]), flush=True)
+        rows += means(rows)
+        for row in rows[-3:]:
+            print(preset, told(row), flush=True)
+        if not given.names:
+            command = " ".join(["python -m bench.sheets", *(words or sys.argv[1:])])
+            write_table(RESULTS / f"sheets_{preset}.csv", rows, command)
+    if not given.names:
+        write_page(RESULTS, "sheets", ("draft", "balanced", "best"))
+
+
+if __name__ == "__main__":
+    main()

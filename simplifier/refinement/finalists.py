@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -108,11 +108,16 @@ class FineViews:
         return cls(fine, masks, full_areas(masks, SIZE), outlines)
 
     def halved(self) -> FineViews:
-        """The same by every other pixel of every other row: the original is not drawn again."""
+        """The same by every other pixel of every other row: the original is not drawn again.
+
+        Soups are drawn by the processor: few triangles take it less time than a card takes to
+        answer, and many such pictures are asked for one after the other.
+        """
         projections, size = self.projections / 2.0, self.size // 2
         projections[:, :, 3] += 0.25  # so that centres of pixels are those of the ones that stay
         masks = _every_other(self.originals)
-        return FineViews(projections, masks, full_areas(masks, size), self.outlines, size)
+        outlines = replace(self.outlines, device=PROCESSOR)
+        return FineViews(projections, masks, full_areas(masks, size), outlines, size)
 
 
 def _every_other(masks: MaskArray) -> MaskArray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -147,6 +149,13 @@ def test_coarser_pictures_show_nearly_the_same(views, scale):
     assert coarse.recall == pytest.approx(fine.recall, abs=0.01)
     assert coarse.precision == pytest.approx(fine.precision, abs=0.001)
     assert (coarse.overhang, coarse.worst) == (fine.overhang, fine.worst)
+
+
+def test_no_card_is_asked_for_coarser_pictures(views):
+    """By OpenGL a sheet took 1.5 in place of 0.8 s: each picture waits for an answer."""
+    asks_none = replace(views, outlines=replace(views.outlines, device=None))
+    expected = Judge(views, 0.99).coarser().score(soup(0.9))
+    assert Judge(asks_none, 0.99).coarser().score(soup(0.9)) == expected
 
 
 @pytest.mark.parametrize("scale", [0.5, 0.9, 1.02, 1.3])

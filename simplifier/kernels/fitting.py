@@ -13,20 +13,21 @@ _LEAST = 1e-9  # of squared cells, that a move has to bring
 _WITHIN = 1e-6  # of a cell, that corners stay away from the border of the grid
 
 
-@kernel(
-    f"float64[:, :], int32[:, :], {ROOM}, float64[:, :, :], float64, float64[:], int64, bool[:]"
-)
-def fit(points, faces, room, depth, size, steps, turns, inside):
-    """Move ``points`` (n, 3) float64, and tell which ``faces`` (m, 3) int32 are ``inside`` (m,).
+@kernel(f"float64[:, :], int32[:, :], {ROOM}, float64[:, :, :], float64, float64[:], int64")
+def fit(points, faces, room, depth, size, steps, turns):
+    """Move ``points`` (n, 3) float64 of ``faces`` (m, 3) int32 to within the grid, and on.
 
-    ``room``   as :func:`~simplifier.kernels.voxelize.is_contained` takes it; the points are in it.
+    ``room``   as :func:`~simplifier.kernels.voxelize.is_contained` takes it.
     ``depth``  (nx, ny, nz) float64 at the centres of cells of a ``size`` in the points' units.
     ``steps``  (k,) float64, in the points' units; with each all corners take so many ``turns``.
 
     A corner of a face that is outside goes to either side along its normal and along each axis,
     where more of its faces are then inside, or as many and their points are deeper.
     """
+    for point in points:
+        _set_within(point, point, room)
     places, shallow = np.empty((len(faces), 3, 3)), np.empty(len(faces))
+    inside = np.empty(len(faces), np.bool_)
     for face in range(len(faces)):
         for k in range(3):
             places[face, k] = points[faces[face, k]]
@@ -92,11 +93,8 @@ def _try_way(
     points, point, by, faces, star, places, room, depth, size, inside, shallow, kept, less
 ):
     """Move one of the ``points`` there, unless the faces of its ``star`` are no better for it."""
-    sizes = room[1].shape
     before = points[point, 0], points[point, 1], points[point, 2]
-    for axis in range(3):
-        there = points[point, axis] + by[axis]
-        points[point, axis] = min(max(there, _WITHIN), sizes[axis] - _WITHIN)
+    _set_within(points[point] + by, points[point], room)
     now, then, was, gets = 0, 0, 0.0, 0.0
     for index in range(len(star)):
         face = star[index]
@@ -117,6 +115,14 @@ def _try_way(
         for k in range(3):
             if faces[face, k] == point:
                 places[face, k] = points[point]
+
+
+@inner_kernel
+def _set_within(there, point, room):
+    """Set the ``point`` (3,) to there, or the nearest place in the grid."""
+    sizes = room[1].shape
+    for axis in range(3):
+        point[axis] = min(max(there[axis], _WITHIN), sizes[axis] - _WITHIN)
 
 
 @inner_kernel

@@ -19,7 +19,7 @@ from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.decimate import decimate, mark_outline
 from simplifier.kernels.fitting import fit
 from simplifier.kernels.sinking import sink
-from simplifier.kernels.soup_views import all_contained
+from simplifier.refinement.containment import are_inside
 from simplifier.refinement.fields import GAUSSIAN, Field, depths_in, smoothed
 
 Surface = tuple[FloatArray, IntArray]
@@ -97,14 +97,14 @@ def moved_into(points: FloatArray, corners: IntArray, room: Room) -> Surface:
 def keeps_to(surface: Surface, room: Room) -> bool:
     """Whether all of a surface in grid space is within the room."""
     points, corners = surface
-    return bool(_are_inside(points + room.margin, corners, room).all())
+    return bool(are_inside((points + room.margin)[corners], room).all())
 
 
 def fitted_into(points: FloatArray, corners: IntArray, room: Room) -> Surface:
     """The same as :func:`moved_into`, by corners that go one at a time where more of the faces
     around each are inside: those stay together, and go further from the surface."""
-    points, size = np.clip(points, _WITHIN, np.array(room.shape) - _WITHIN), _depth(room)
-    fit(points, corners, room.voxels, *size, _FITS, _TURNS, np.empty(len(corners), dtype=np.bool_))
+    points = points.copy()
+    fit(points, corners, room.voxels, *_depth(room), _FITS, _TURNS)
     points, corners = _detach(points, corners[have_area(points[corners])], room)
     return points - room.margin, corners
 
@@ -119,17 +119,11 @@ def outline_of(surface: Surface) -> BoolArray:
 
 def _detach(points: FloatArray, faces: IntArray, room: Room) -> tuple[FloatArray, IntArray]:
     """Give the faces that are outside vertices of their own: mending them leaves the others be."""
-    inside = _are_inside(points, faces, room)
+    inside = are_inside(points[faces], room)
     outside = faces[~inside]
     apart = faces.copy()
     apart[~inside] = len(points) + np.arange(outside.size).reshape(-1, 3)
     return _without_unused(np.concatenate([points, points[outside].reshape(-1, 3)]), apart)
-
-
-def _are_inside(points: FloatArray, faces: IntArray, room: Room) -> BoolArray:
-    inside = np.empty(len(faces), dtype=np.bool_)
-    all_contained(points[faces], room.voxels, inside)
-    return inside
 
 
 def _without_unused(points: FloatArray, faces: IntArray) -> tuple[FloatArray, IntArray]:
@@ -141,7 +135,6 @@ _STEPS = 48
 _STEP = 0.25  # cells
 _FITS = np.array([0.5, 1.0, 2.0, 0.25])  # cells that corners go to fit, and in how many turns each
 _TURNS = 2
-_WITHIN = 1e-6  # of a cell, that they keep from the border of the grid
 
 
 def sunk(vertices: FloatArray, faces: IntArray, room: Room) -> FloatArray:
@@ -153,7 +146,7 @@ def sunk(vertices: FloatArray, faces: IntArray, room: Room) -> FloatArray:
     space of the room.
     """
     moved, best = vertices.copy(), vertices
-    inside = _are_inside(moved, faces, room)
+    inside = are_inside(moved[faces], room)
     most = int(inside.sum())
     if most == len(faces):
         return best
@@ -161,7 +154,7 @@ def sunk(vertices: FloatArray, faces: IntArray, room: Room) -> FloatArray:
     ways = np.empty_like(moved)
     for _ in range(_STEPS):
         sink(moved, faces, inside, depth, size, ways, _STEP)
-        all_contained(moved[faces], room.voxels, inside)
+        inside = are_inside(moved[faces], room)
         if int(inside.sum()) > most:
             most, best = int(inside.sum()), moved.copy()
         if most == len(faces):

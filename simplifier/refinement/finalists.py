@@ -231,8 +231,8 @@ class Judge:
     def score_above(self, least: float, triangles: FloatArray) -> FinalistScore | None:
         """Where it makes a worth of more than ``least``, of a soup that nobody asks for again.
 
-        Overhang is counted first, which takes a third of the time: mostly it tells that there is
-        too much of it, however much is hidden.
+        Overhang is counted first, which takes a third of the time, and often is too much, however
+        much is hidden.
         """
         beside = self.views.outlines.overhang(triangles)
         if 1.0 - self._price(float(beside.mean()), float(beside.max())) <= least:

@@ -14,8 +14,8 @@ import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, IntArray
 from simplifier.geometry.room import Room
-from simplifier.kernels.soup_views import all_contained
 from simplifier.kernels.threads import run_each
+from simplifier.refinement.containment import are_inside
 from simplifier.refinement.finalists import FinalistScore, Judge
 
 _STEPS = (1.0, 0.5, 0.25, 0.125)  # cells, in each of which all corners take a turn
@@ -37,7 +37,7 @@ def settled(
 
     Corners at one place stay together, and in the room.  It ends once the worth is ``enough`` or
     the faults cost next to nothing, as pictures of half the size tell; where a turn of all corners
-    leaves most of many faults; after some hundred moves; or soon after ``stopped()``.
+    leaves most of many faults; after some hundred tries; or soon after ``stopped()``.
     """
     coarser = judge.coarser()
     places, corners = _shared(triangles)
@@ -57,7 +57,7 @@ def settled(
             ways = [
                 moved
                 for moved in (_moved(places, corner, way * normal) for way in (-step, step))
-                if _is_inside(moved[corners[(corners == corner).any(axis=1)]], room)
+                if are_inside(moved[corners[(corners == corner).any(axis=1)]], room).all()
             ]
             left -= len(ways)
             scores = run_each(better, ways)
@@ -80,7 +80,7 @@ def _shared(triangles: FloatArray) -> tuple[FloatArray, IntArray]:
 
 
 def _normals(places: FloatArray, corners: IntArray) -> Iterator[tuple[int, FloatArray]]:
-    """Each corner that has one, with its normal."""
+    """Each corner that has a normal, and that, as they are when the turn begins."""
     p, q, r = np.moveaxis(places[corners], 1, 0)
     across = np.cross(q - p, r - p)  # twice the area long
     normals = np.zeros_like(places)
@@ -95,9 +95,3 @@ def _moved(places: FloatArray, corner: int, by: FloatArray) -> FloatArray:
     moved = places.copy()
     moved[corner] += by
     return moved
-
-
-def _is_inside(triangles: FloatArray, room: Room) -> bool:
-    inside = np.empty(len(triangles), dtype=np.bool_)
-    all_contained(np.ascontiguousarray(triangles), room.voxels, inside)
-    return bool(inside.all())

@@ -14,9 +14,9 @@ from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.overrides import Overrides
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import BoolArray, Solid
-from simplifier.kernels.soup_views import all_contained
 from simplifier.options.stages import SolidOptions
 from simplifier.polygon.coplanar import group_by_plane, merge_coplanar
+from simplifier.refinement.containment import are_inside
 from simplifier.voxel.fill import fill
 from simplifier.voxel.morphology import dilate
 
@@ -95,8 +95,7 @@ def seen_triangles(mesh: TriangleMesh, solid: Solid) -> FloatArray:
     """
     triangles = mesh.vertices[mesh.faces]
     buried, margin = _buried_voxels(solid)
-    hidden = np.zeros(len(triangles), dtype=np.bool_)
-    all_contained(solid.touched.to_grid(triangles) + margin, Room.of(buried).voxels, hidden)
+    hidden = are_inside(solid.touched.to_grid(triangles) + margin, Room.of(buried))
     return np.ascontiguousarray(triangles[~hidden])
 
 

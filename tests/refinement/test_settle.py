@@ -10,7 +10,7 @@ from scipy.ndimage import binary_dilation
 
 from simplifier.geometry.room import Room
 from simplifier.geometry.views import image_axes
-from simplifier.kernels.soup_views import all_contained
+from simplifier.refinement.containment import are_inside
 from simplifier.refinement.finalists import FineViews, Judge, Outlines
 from simplifier.refinement.settle import settled
 from tests.pictures import sphere_projections
@@ -52,12 +52,6 @@ def room():
     return Room.of(binary_dilation(cells, iterations=REACH), 0.0, REACH)
 
 
-def is_inside(triangles, room):
-    inside = np.zeros(len(triangles), dtype=np.bool_)
-    all_contained(np.ascontiguousarray(triangles), room.voxels, inside)
-    return bool(inside.all())
-
-
 def corners(triangles):
     """Which corners are at one place: (m, 3), numbered by the first of each."""
     _, first, number = np.unique(
@@ -69,25 +63,24 @@ def corners(triangles):
 def test_what_sticks_out_is_put_back_and_nothing_opens(judge, room):
     """In such a state a decimated terrain stayed: a search moves one triangle at a time."""
     before = sheet(0.3)
-    assert is_inside(before, room)
+    assert are_inside(before, room).all()
     assert judge.recall(before) > 0.9
     assert judge.worth(before) < 0.65
     after = settled(before, room, judge, FLAWLESS)
     assert judge.worth(after) > 0.94
     assert judge.recall(after) > judge.recall(before)
     assert judge.score(after).worst < judge.score(before).worst / 2.0
-    assert is_inside(after, room)
+    assert are_inside(after, room).all()
     assert np.array_equal(corners(after), corners(before))
 
 
 @given(seed=st.integers(0, 1000), sigma=st.floats(0.0, 1.5), side=st.integers(2, 7))
 def test_it_is_never_worth_less_nor_outside(judge, room, seed, sigma, side):
     before = sheet(sigma, seed, side)
-    inside = [one for one in before if is_inside(one[None], room)]
-    before = np.array(inside).reshape(-1, 3, 3)
+    before = before[are_inside(before, room)]
     after = settled(before, room, judge, FLAWLESS)
     assert judge.worth(after) >= judge.worth(before)
-    assert is_inside(after, room)
+    assert are_inside(after, room).all()
     assert after.shape == before.shape
 
 

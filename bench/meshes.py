@@ -152,7 +152,7 @@ def _cube_surface(squares: int) -> tuple[FloatArray, IntArray]:
         for end in (0, squares):
             # Cyclic axes: a x b points along +axis, so the side at the low end is turned round.
             lattice = np.roll(np.stack([np.full_like(a, end), a, b], axis=1), axis, axis=1)
-            quads = _quads(squares) + len(sides) * len(a)
+            quads = lattice_faces(squares) + len(sides) * len(a)
             sides.append(lattice)
             side_faces.append(quads if end else quads[:, ::-1])
     lattice = np.concatenate(sides)
@@ -162,7 +162,7 @@ def _cube_surface(squares: int) -> tuple[FloatArray, IntArray]:
     return points, np.asarray(shared[np.concatenate(side_faces)], dtype=np.int32)
 
 
-def _quads(squares: int) -> IntArray:
+def lattice_faces(squares: int) -> IntArray:
     """(2 squares^2, 3) triangles of a lattice of (squares + 1)^2 points, a the slow axis."""
     place = np.arange((squares + 1) ** 2, dtype=np.int32).reshape(squares + 1, squares + 1)
     p, q, r, s = (

@@ -19,11 +19,11 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 import simplifier
-from bench.meshes import load_stand_in, stand_in_named
+from bench.meshes import lattice_faces, load_stand_in, stand_in_named
 from bench.quality import RESULTS
 from bench.record import Row, told, write_page, write_table
 from bench.times import skipped
-from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from tests.solids import hills
 
 PRESETS = ("draft", "balanced")
@@ -70,17 +70,17 @@ SHAPES: dict[str, tuple[int, Shape]] = {
 """Vertices a side, and their places."""
 
 
-def _grid(side: int) -> IntArray:
-    """Faces (m, 3) of a square of vertices, one row of them after the other."""
-    place = np.arange(side**2, dtype=np.int32).reshape(side, side)
-    a, b = place[:-1, :-1].ravel(), place[1:, :-1].ravel()
-    c, d = place[1:, 1:].ravel(), place[:-1, 1:].ravel()
-    return np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+def _sheet(x: FloatArray, y: FloatArray, z: FloatArray) -> TriangleMesh:
+    """Of places (n, n)."""
+    points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+    return TriangleMesh.from_soup(points, lattice_faces(len(x) - 1))
 
 
 def shaped(side: int, shape: Shape) -> TriangleMesh:
     u, v = np.meshgrid(*[np.linspace(0.0, 1.0, side)] * 2, indexing="ij")
-    return TriangleMesh.from_soup(np.stack(shape(u, v), axis=-1).reshape(-1, 3), _grid(side))
+    return TriangleMesh.from_soup(
+        np.stack(shape(u, v), axis=-1).reshape(-1, 3), lattice_faces(side - 1)
+    )
 
 
 def noise(seed: int, side: int, smooth: float) -> TriangleMesh:
@@ -94,7 +94,9 @@ def noise(seed: int, side: int, smooth: float) -> TriangleMesh:
     height = np.real(np.fft.ifft2(spectrum))
     height *= 0.15 * side / np.ptp(height)
     x, y = np.meshgrid(*[np.arange(side, dtype=np.float64)] * 2, indexing="ij")
-    return TriangleMesh.from_soup(np.stack([x, y, height], axis=-1).reshape(-1, 3), _grid(side))
+    return TriangleMesh.from_soup(
+        np.stack([x, y, height], axis=-1).reshape(-1, 3), lattice_faces(side - 1)
+    )
 
 
 def cut_out(mesh: TriangleMesh) -> TriangleMesh:

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bench.meshes import lattice_faces
 from simplifier.geometry.room import Room
 from simplifier.kernels.fitting import _DEEP, _PARTS, fit
 from simplifier.refinement.containment import are_inside
@@ -31,11 +32,7 @@ def sheet(random, side=3):
     along = np.linspace(1.5, SIDE - 1.5, side + 1)
     x, y = np.meshgrid(along, along, indexing="ij")
     points = np.stack([x, y, random.normal(SIDE / 2, 0.7, x.shape)], axis=-1).reshape(-1, 3)
-    place = np.arange((side + 1) ** 2).reshape(side + 1, side + 1)
-    a, b = place[:-1, :-1].ravel(), place[1:, :-1].ravel()
-    c, d = place[1:, 1:].ravel(), place[:-1, 1:].ravel()
-    faces = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
-    return points, random.permutation(faces).astype(np.int32)
+    return points, random.permutation(lattice_faces(side))
 
 
 def shallowness(triangle, depth, size):

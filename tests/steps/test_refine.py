@@ -314,14 +314,19 @@ def test_a_draft_of_a_curved_sheet_is_judged_in_full_detail_however_good_its_sec
     check_triangles(made.occluder, 64)
 
 
-@pytest.mark.parametrize("how", [{}, {"preset": "draft"}, {"time_limit": 60.0}], ids=str)
-def test_hills_in_few_triangles_are_settled(monkeypatch, how):
+@pytest.mark.parametrize(
+    ("preset", "within"),
+    [("balanced", {}), ("draft", {}), ("balanced", {"time_limit": 60.0})],
+    ids=str,
+)
+def test_hills_in_few_triangles_are_settled(monkeypatch, preset, within):
     """A search hid 80.2 % of these; a draft kept them decimated, with 5.7 % beside in one view."""
     mesh = hills(120)
-    made = run(mesh, budget=56, up="z", **how)
+    made = run(mesh, budget=56, up="z", preset=preset, **within)
     with monkeypatch.context() as patch:
         patch.setattr(refine_step, "settled", lambda triangles, *others: triangles)
-        without = run(mesh, budget=56, up="z", **how)
+        # Never within a limit: what a search then finds differs from run to run.
+        without = run(mesh, budget=56, up="z", preset=preset)
     assert made.decisions[-1].endswith("hides nearly all of it, so nothing was searched.")
     assert not without.decisions[-1].endswith("so nothing was searched.")
     report, other = (simplifier.evaluate(mesh, one.occluder, up="z") for one in (made, without))

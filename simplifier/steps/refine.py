@@ -253,9 +253,13 @@ class _Run:
 
     @property
     def settled_enough(self) -> float:
-        """Of recall less faults: what is settled and worth that much is not searched for."""
+        """Of recall less faults: what is settled and worth that much is not searched for.
+
+        A time limit is there to be spent: three seconds find 2 % more of a dome in 200 triangles
+        than a fifth of one.
+        """
         aims = self.options.refine
-        if aims.overhang > _SLIGHT:
+        if aims.overhang > _SLIGHT or self.deadline.limited:
             return FLAWLESS
         return _SETTLED if aims.moves < _MANY_MOVES else _SETTLED_WELL
 

@@ -349,19 +349,20 @@ def test_hills_in_too_few_triangles_for_their_room_are_fitted_into_it(preset, le
 
 
 @pytest.mark.parametrize(
-    ("preset", "enough", "searched"),
+    ("how", "enough", "searched"),
     [
-        ("balanced", "_SETTLED", True),
-        ("balanced", "_SETTLED_WELL", False),
-        ("best", "_SETTLED_WELL", True),
-        ("best", "_SETTLED", False),
+        ({}, "_SETTLED", True),
+        ({}, "_SETTLED_WELL", False),
+        ({"preset": "best"}, "_SETTLED_WELL", True),
+        ({"preset": "best"}, "_SETTLED", False),
+        ({"time_limit": 1.0}, "FLAWLESS", True),
+        ({"time_limit": 1.0}, "_SETTLED", False),
     ],
 )
-def test_more_has_to_be_settled_where_a_search_has_more_moves(
-    monkeypatch, preset, enough, searched
-):
+def test_more_has_to_be_settled_where_a_search_finds_more(monkeypatch, how, enough, searched):
+    """Within three seconds a dome in 200 triangles hid 96.6 %, where a search finds 98.6."""
     monkeypatch.setattr(refine_step, enough, 2.0)
-    made = run(hills(120), budget=56, up="z", preset=preset)
+    made = run(hills(120), budget=56, up="z", **how)
     assert made.decisions[-1].endswith("so nothing was searched.") != searched
 
 

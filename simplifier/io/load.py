@@ -55,7 +55,7 @@ def load(
     ``transparent``     what becomes of triangles that one can see through, which must hide nothing:
                         ``leave-out``, or ``keep``.  They are those of glTF materials with an
                         alphaMode of BLEND or MASK or with transmission, and of MTL materials with
-                        ``d`` below 1, ``Tr`` above 0 or ``map_d``.
+                        ``d`` below 1, ``Tr`` between 0 and 1, or ``map_d``.
     ``ignore``          what else is left out, by its names.  ``omitted`` of the result tells of
                         both.  Raises :class:`~simplifier.errors.OverridesError` for a pattern that
                         matches nothing of the file, and :class:`EmptyMeshError` where nothing is

@@ -199,7 +199,10 @@ _PARTS = re.compile(r"[/\\]")
 
 
 def see_through_materials(libraries: list[str], mesh: Path) -> set[str]:
-    """The names of materials with ``d`` below 1, ``Tr`` above 0 or a ``map_d``.
+    """The names of materials with ``d`` below 1, ``Tr`` between 0 and 1 or a ``map_d``.
+
+    ``Tr`` is transparency to some programs, and opacity to others (MeshLab before 2023.12, CloudCompare
+    before 2.11).  Of 1 it says nothing, since nobody exports a surface that cannot be seen.
 
     ``libraries``  what ``mtllib`` statements of ``mesh`` say: a name, or several.  Only files under
     the mesh's folder are opened; one that is not there, or cannot be read, says nothing: OBJ files
@@ -256,7 +259,7 @@ def _see_through(data: bytes) -> set[str]:
             case b"d":
                 found |= {material} if _last_number(rest, 1.0) < 1.0 else set()
             case _:
-                found |= {material} if _last_number(rest, 0.0) > 0.0 else set()
+                found |= {material} if 0.0 < _last_number(rest, 0.0) < 1.0 else set()
     return found
 
 

@@ -15,8 +15,9 @@ from simplifier.io.polygons import triangulate_polygons
 from simplifier.io.text import NumberLines, read_numbers, without_mark
 
 # Geomview's grammar is [ST][C][N][4][n]OFF [BINARY]; the letters only add numbers behind x y z.
+# Many files of ModelNet have no blank between OFF and the counts.
 _BEFORE = re.compile(rb"(?:[ \t]*(?:#[^\r\n]*)?[\r\n])*[ \t]*")
-_HEADER = re.compile(_BEFORE.pattern + rb"(ST)?(C)?(N)?(4)?(n)?(?:OFF|off)\b")
+_HEADER = re.compile(_BEFORE.pattern + rb"(ST)?(C)?(N)?(4)?(n)?(?:OFF|off)(?:\b|(?=\d))")
 _BINARY = re.compile(rb"[ \t]+BINARY\b")
 
 _HEAD = 1 << 16  # bytes

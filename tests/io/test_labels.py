@@ -253,6 +253,13 @@ def test_mtl_says_what_can_be_seen_through(tmp_path, line):
     assert [one.name for one in load(path).omitted] == ["material 'stone'"]
 
 
+@pytest.mark.parametrize("line", ["Tr 1.000000", "d 1.0\nTr 1.0", "Tr 0"])
+def test_what_is_opaque_to_either_reading_of_tr_is_kept(tmp_path, line):
+    """A scan that MeshLab had written was refused, since nothing opaque was left of it."""
+    path = obj(tmp_path, mtl=f"newmtl stone\n{line}\nnewmtl pane of glass\n{line}\n")
+    assert load(path).omitted == ()
+
+
 def test_no_material_file_is_opened_where_none_may_be_nor_outside_of_the_folder(tmp_path):
     path = obj(tmp_path)
     assert load(path, allow_external=False).omitted == ()

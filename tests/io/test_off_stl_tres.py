@@ -24,6 +24,8 @@ OFF_BODY = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3\n"
     [
         "OFF\n4 1 0\n" + OFF_BODY,
         "OFF 4 1 0\n" + OFF_BODY,
+        "OFF4 1 0\n" + OFF_BODY,
+        " \t  COFF4 1 0 # glued\n" + OFF_BODY,
         "off\n4 1\n" + OFF_BODY,
         "# made\n\n  # by hand\nOFF # here\n# counts\n4 1 0 # four\n\n" + OFF_BODY,
         "OFF\n4 1 0\n" + OFF_BODY.replace("\n", " # remark\n\n"),
@@ -48,6 +50,7 @@ def test_off_variants(text: str) -> None:
         ("nOFF\n3\n1 0 0\n0 0 0\n", "nOFF"),
         ("OFF BINARY\n\0\0\0\1", "binary OFF"),
         ("4 1 0\n" + OFF_BODY, "does not begin with OFF"),
+        ("OFFICE 4 1 0\n" + OFF_BODY, "does not begin with OFF"),
         ("OFF", "counts"),
         ("OFF\n4\n" + OFF_BODY, "counts"),
         ("OFF\n-4 1 0\n" + OFF_BODY, "-4 is not a count"),

@@ -51,6 +51,13 @@ def flat_directions(mesh: TriangleMesh) -> FloatArray:
     return np.array(found[3:]).reshape(-1, 3)
 
 
+def directions_of_half(mesh: TriangleMesh) -> int:
+    """How few directions, of two degrees and their opposites, half of the surface faces: a few of
+    what is flat, hundreds of what is round."""
+    areas = np.sort(_by_direction(mesh)[1])[::-1]
+    return 1 + int(np.searchsorted(np.cumsum(areas), 0.5 * areas.sum()))
+
+
 def _turned(vector: FloatArray) -> FloatArray:
     """Of unit length and one of its two signs, rounded: the order of sums must not show."""
     unit = np.round(vector / np.linalg.norm(vector), _DIGITS)

@@ -30,6 +30,7 @@ from simplifier.refinement.finalists import FineViews, Judge, Outlines
 from simplifier.refinement.starts import Surfaces
 from simplifier.refinement.thin import thinned
 from simplifier.selection.measure import search_projections, silhouettes
+from simplifier.slicing.flats import directions_of_half
 from simplifier.steps.time_limit import FEW_VIEWS, affordable_views
 
 FINE_VIEWS = 12
@@ -40,6 +41,7 @@ MANY = 64
 
 _FEW_FINE_VIEWS = 6  # where a time limit is short
 _FRONT = 128  # pixels a side of pictures for front: as many as for overhang would tell no more
+_LEAST_GLANCED = 48  # triangles, in which a mesh may hide nearly all
 _ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
 _EACH = 0.35  # the power of a budget by which more triangles reach all of the room sooner
 _TINY = 1e-9
@@ -129,12 +131,14 @@ class Looks:
 
     ``views``     what searches look at.
     ``surfaces``  what searches may begin with.
+    ``glance``    whether a draft, which judges nothing else, looks at the mesh in full detail.
     """
 
     original: Original
     views: RefineViews
     surfaces: Surfaces
     room: Room
+    glance: bool
 
     def room_for(self, budget: int) -> Room:
         """The room of searches with so many triangles."""
@@ -190,9 +194,21 @@ def look(
     original = Original.of(mesh, shown, solid, room.margin, options, overrides.triangles)
     surfaces = Surfaces(shown, solid.core, room, sheet=solid.is_sheet)
 
+    budget = options.selection.budget
+    glance = (
+        not (deadline.limited or options.refine.decimated)
+        and original.needs_outlines(False)
+        and surfaces.few
+        and _is_told_soon(shown, budget)
+    )
+
     def reduced() -> None:
-        if not deadline.limited and surfaces.terrain_like:
-            surfaces.reduced(options.selection.budget)
+        if deadline.limited:
+            return
+        if surfaces.terrain_like:
+            surfaces.reduced(budget)
+        elif glance:
+            surfaces.fine(budget, [room])
 
     def pictured() -> RefineViews:
         if not deadline.limited and original.needs_outlines(options.refine.decimated):
@@ -203,7 +219,16 @@ def look(
 
     # First what takes one thread long: others help with pictures.
     _, views = run_both(reduced, pictured)
-    return Looks(original, views, surfaces, room)
+    return Looks(original, views, surfaces, room, glance)
+
+
+def _is_told_soon(mesh: TriangleMesh, budget: int) -> bool:
+    """Whether a mesh in so many triangles may hide nearly all of it, and is made in little time
+    beside a draft.  Of what is round the more triangles leave the less to be gained, so more of
+    those that it has are worth the time; what is flat needs few."""
+    if budget < _LEAST_GLANCED:
+        return False
+    return len(mesh.faces) <= budget**2 // 4 or directions_of_half(mesh) <= budget // 8
 
 
 def _views(original: Original, deadline: Deadline, stopped: Stopped | None) -> RefineViews:

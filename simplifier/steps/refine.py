@@ -46,6 +46,7 @@ _SETTLED_WELL = 0.98  # the same where a search has many moves, which find more
 _MANY_MOVES = 100_000
 _SLIGHT = 0.01  # overhang: who asks for more of it asks for what searches find by it
 _SETTLING = 0.3  # of what a time limit leaves, for that
+_GLANCED = 0.95  # of recall less faults, with which a draft keeps a mesh in full detail
 _LITTLE = 0.1  # of the original's score: sections of hills, rods and shells have less
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _OUTLINED_SECONDS = 0.2  # for finer pictures of up to 64 triangles, in which overhang is judged
@@ -235,7 +236,7 @@ class _Run:
     @cached_property
     def judge(self) -> Judge:
         """Only made where there is something to judge: its pictures take time."""
-        return self.looks.original.judge(self.compared, self.outlines)
+        return self.looks.original.judge(self.compared or self.glances, self.outlines)
 
     @property
     def compared(self) -> bool:
@@ -274,6 +275,11 @@ class _Run:
         """Whether there is time to judge what a search that begins now will find."""
         least = _SHEET_SECONDS if self.looks.original.solid.is_sheet else _JUDGED_SECONDS
         return self.compared or (self.deadline.limited and self.deadline.left > least)
+
+    @property
+    def glances(self) -> bool:
+        """Whether a draft, which judges nothing else, looks at the mesh in full detail."""
+        return self.looks.glance and not self.judged
 
     def time_for(self, share: float) -> Deadline | None:
         """That share of what a time limit leaves, less what it takes to judge what is found."""
@@ -365,7 +371,7 @@ def _searched(
     aims, seed, views = run.options.refine, run.options.seed, run.looks.views
     task = _Task.of(run, budget)
     starts, whole = task.starts_and_whole()
-    kept = _kept_whole(whole, run) if whole else None
+    kept = _kept_whole(whole, run, _GLANCED if run.glances else FLAWLESS) if whole else None
     better = _settled_whole(whole, run) if whole and kept is None and run.settles else []
     if better:
         kept = _kept_whole(better, run, run.settled_enough)
@@ -380,7 +386,13 @@ def _searched(
     begun = _listed(_STARTS[: len(starts)])
     searched = f"The occluder was found by searches that began with {begun}."
     if not task.judged:
-        return [], Refined((found or starts)[0], task.room.bound, searched), False
+        best = (found or starts)[0]
+        if not whole:
+            return [], Refined(best, task.room.bound, searched), False
+        for one in whole:
+            if run.judge.worth(one) > MUCH and _hides_more(one, best, run.judge):
+                best = one
+        return [], task.refined(best, found, starts, searched), False
     best = task.best_of([*found, *better], starts)
     again = None
     if run.divided and not run.cancelled():
@@ -402,7 +414,7 @@ class _Task:
     """To search for at most ``budget`` triangles in a ``room``.
 
     ``judged``     whether there is time to judge what is found.
-    ``in_detail``  and whether the mesh in full detail is judged, too.
+    ``in_detail``  and whether the mesh in full detail is judged, too, or glanced at.
     """
 
     run: _Run
@@ -414,7 +426,8 @@ class _Task:
     @classmethod
     def of(cls, run: _Run, budget: int) -> _Task:
         judged = run.judged
-        return cls(run, budget, run.looks.room_for(budget), judged, judged and run.in_detail)
+        in_detail = run.in_detail if judged else run.glances
+        return cls(run, budget, run.looks.room_for(budget), judged, in_detail)
 
     def starts_and_whole(self) -> tuple[list[FloatArray], list[FloatArray]]:
         """What searches begin with, sections first; and of a simple mesh all of it in fewer

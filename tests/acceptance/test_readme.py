@@ -78,7 +78,7 @@ def demo(tmp_path_factory):
     place = tmp_path_factory.mktemp("demo")
     (place / "examples").symlink_to(ROOT / "examples")
     told = subprocess.run(
-        ["make", "-n", "demo", f"BIN={BIN}", "COMMAND="],
+        ["make", "--no-print-directory", "-n", "demo", f"BIN={BIN}", "COMMAND="],
         cwd=ROOT, capture_output=True, text=True, check=True,
     ).stdout  # fmt: skip
     run(told, place)

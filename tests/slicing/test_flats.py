@@ -12,9 +12,9 @@ import simplifier
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.options.stages import SectionOptions
-from simplifier.slicing.flats import flat_directions
+from simplifier.slicing.flats import directions_of_half, flat_directions
 from simplifier.slicing.planes import plan_sections
-from tests.solids import box, sphere
+from tests.solids import box, hills, sphere
 
 
 def turned(mesh, rotation):
@@ -68,6 +68,15 @@ def test_a_rough_part_is_one_wherever_the_seams_of_bins_run(normal):
     mesh = TriangleMesh.from_soup(soup.reshape(-1, 3), np.arange(6000).reshape(-1, 3))
     (found,) = flat_directions(mesh)
     assert np.degrees(np.arccos(min(abs(found @ normal), 1.0))) < 0.3
+
+
+@pytest.mark.parametrize(
+    ("mesh", "least", "most"),
+    [(box(), 2, 2), (box((4.0, 1.0, 1.0)), 2, 2), (box((9.0, 9.0, 1.0)), 1, 1), (hills(9), 2, 128),
+     (sphere(rings=40), 200, 2000)],
+)  # fmt: skip
+def test_half_of_what_is_flat_faces_few_directions(mesh, least, most):
+    assert least <= directions_of_half(mesh) <= most
 
 
 def test_there_are_eight_at_most_the_largest_first():

@@ -26,6 +26,7 @@ from simplifier.refinement.search import hidden_share, pull_into
 from simplifier.refinement.second_search import search_again
 from simplifier.refinement.starts import Surfaces
 from simplifier.refinement.trim import trimmed
+from simplifier.steps import look as look_step
 from simplifier.steps import refine as refine_step
 from simplifier.steps.refine import Refined
 from simplifier.steps.room import open_room
@@ -312,6 +313,71 @@ def test_a_draft_of_a_curved_sheet_is_judged_in_full_detail_however_good_its_sec
     report = evaluate_accuracy(mesh, made.occluder, AccuracyOptions(64, 128, exact=True))
     assert report.recall >= 0.995
     check_triangles(made.occluder, 64)
+
+
+def drafts(monkeypatch, mesh, budget):
+    """Without a glance at the mesh in full detail and with it: reports, and how it was found."""
+    made = []
+    for glances in (False, True):
+        with monkeypatch.context() as patch:
+            if not glances:
+                patch.setattr(look_step, "_is_told_soon", lambda mesh, budget: False)
+            result = run(mesh, budget=budget, preset="draft")
+        check_triangles(result.occluder, budget)
+        check_contained(mesh, result)
+        report = simplifier.evaluate(mesh, result.occluder, views=64, image=128)
+        made.append((report, result.decisions[-1]))
+    return made
+
+
+def test_a_draft_keeps_a_mesh_in_full_detail_where_that_hides_nearly_all(monkeypatch):
+    """A rounded box hid 94.0 %, with 2.1 % beside it in one view, in twice the time."""
+    (before, _), (after, how) = drafts(monkeypatch, rounded_box(), 64)
+    assert how.endswith("hides nearly all of it, so nothing was searched.")
+    assert after.recall > max(0.99, before.recall)
+    assert after.overhang.by_view.max() < 0.002 < before.overhang.by_view.max()
+
+
+def test_a_draft_takes_a_mesh_in_full_detail_that_hides_more_than_what_it_found(monkeypatch):
+    """A ball in 96 triangles hid 91.1 %, with 0.70 % beside it."""
+    (before, _), (after, how) = drafts(monkeypatch, sphere(), 96)
+    assert how.startswith("No search did better than the mesh in fewer triangles")
+    assert after.recall > before.recall + 0.01
+    assert after.overhang.mean < before.overhang.mean
+
+
+@pytest.mark.parametrize(("mesh", "budget"), [(torus(), 64), (sphere(), 64)])
+def test_a_draft_keeps_what_it_found_where_that_hides_more(monkeypatch, mesh, budget):
+    (before, _), (after, how) = drafts(monkeypatch, mesh, budget)
+    assert how.startswith("The occluder was found by searches")
+    assert after.recall == before.recall
+
+
+@pytest.mark.parametrize(
+    ("mesh", "budget", "soon"),
+    [
+        (rounded_box(), 64, True),  # flat for the most part
+        (rounded_box(), 47, False),  # too few triangles for anything
+        (sphere(), 64, True),  # round, and of few
+        (sphere(rings=24), 64, False),
+        (sphere(rings=24), 96, True),
+    ],
+)
+def test_what_is_flat_or_of_few_triangles_is_glanced_at(mesh, budget, soon):
+    assert look_step._is_told_soon(mesh, budget) is soon
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"preset": "balanced"}, {"time_limit": 2.0}, {"overhang": 1.0}, {"conservative": True}],
+    ids=str,
+)
+def test_only_drafts_that_keep_to_an_overhang_glance(monkeypatch, options):
+    """Others judge the mesh in full detail in any case, or have no pictures to judge it by."""
+    asked = []
+    monkeypatch.setattr(look_step, "_is_told_soon", lambda *given: asked.append(given))
+    run(rounded_box(), **{"preset": "draft", "budget": 64, "resolution": 32, **options})
+    assert asked == []
 
 
 @pytest.mark.parametrize(

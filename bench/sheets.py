@@ -1,32 +1,24 @@
 """Open sheets with an outline in few triangles: ``python -m bench.sheets [NAME ...]``.
 
 Seven terrains, of which six are noise, and eleven other sheets: cloths, domes, pipes and the like.
-Of each in each number of triangles, means over the seeds: recall, overhang in the mean and in the
-worst view, all in percent of 256 views that no search has seen, and milliseconds from the mesh in
-memory to its triangles, kernels warm.  ``--presets draft,balanced``, ``--budgets 12,16,24`` and
-``--seeds 2`` say what is run; names after that, which sheets.  If none is named, each preset's rows
-go to ``bench/results/sheets_PRESET.csv`` and to ``sheets.md``.
+The table is that of :mod:`bench.by_budget`; ``--presets draft,balanced``, ``--budgets 12,16,24``
+and ``--seeds 2`` say what is run; names after that, which sheets.  If none is named, each preset's
+rows go to ``bench/results/sheets_PRESET.csv`` and to ``sheets.md``.
 """
 
 from __future__ import annotations
 
-import argparse
-import statistics
-import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
-import simplifier
+from bench.by_budget import Shapes, arguments, run
 from bench.meshes import lattice_faces, load_stand_in, stand_in_named
 from bench.quality import RESULTS
-from bench.record import Row, told, write_page, write_table
-from bench.times import skipped
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from tests.solids import hills
 
-PRESETS = ("draft", "balanced")
 BUDGETS = (12, 16, 24, 32, 40, 48, 64)
 TERRAIN = "terrain"
 
@@ -117,73 +109,18 @@ def sheets() -> Iterator[tuple[str, TriangleMesh | None]]:
     yield "hills", hills(120)
 
 
-def measured(mesh: TriangleMesh, name: str, preset: str, budget: int, seeds: int) -> Row:
-    """Means over the seeds."""
-    found = []
-    for seed in range(seeds):
-        asked = {"up": "z", "ground": name.startswith(TERRAIN)}
-        begin = time.perf_counter()
-        made = simplifier.simplify(mesh, preset=preset, budget=budget, seed=seed, **asked)
-        seconds = time.perf_counter() - begin
-        report = simplifier.evaluate(mesh, made.occluder, exact=True, **asked)
-        over = report.overhang
-        found.append((100 * report.recall, 100 * over.mean, 100 * over.worst, 1000 * seconds))
-    recall, beside, worst, took = (statistics.fmean(one) for one in zip(*found, strict=True))
-    return {
-        "sheet": name, "budget": budget, "recall": f"{recall:.1f}", "overhang": f"{beside:.2f}",
-        "worst overhang": f"{worst:.1f}", "milliseconds": f"{took:.0f}",
-    }  # fmt: skip
+def kind_of(name: str) -> str:
+    return "terrains" if name.startswith(TERRAIN) else "others"
 
 
-def means(rows: Sequence[Row]) -> list[Row]:
-    """Over all numbers of triangles, of terrains, of other sheets and of all."""
-    measured_rows = [row for row in rows if "recall" in row]
-    kinds = {
-        "mean of terrains": [row for row in measured_rows if str(row["sheet"]).startswith(TERRAIN)],
-        "mean of others": [
-            row for row in measured_rows if not str(row["sheet"]).startswith(TERRAIN)
-        ],
-        "mean": measured_rows,
-    }
-    figures = {"recall": 1, "overhang": 2, "worst overhang": 1, "milliseconds": 0}
-    return [
-        {"sheet": kind}
-        | {
-            name: f"{statistics.fmean(float(str(row[name])) for row in some):.{digits}f}"
-            for name, digits in figures.items()
-        }
-        for kind, some in kinds.items()
-        if some
-    ]
+def standing(name: str) -> dict[str, Any]:
+    return {"up": "z", "ground": name.startswith(TERRAIN)}
 
 
 def main(words: Sequence[str] | None = None) -> None:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("names", nargs="*", help="of sheets; all without")
-    parser.add_argument("--presets", default=",".join(PRESETS))
-    parser.add_argument("--budgets", default=",".join(map(str, BUDGETS)))
-    parser.add_argument("--seeds", type=int, default=2)
-    given = parser.parse_args(words)
-    simplifier.warm_up()
-    for preset in given.presets.split(","):
-        rows: list[Row] = []
-        for name, mesh in sheets():
-            if given.names and name not in given.names:
-                continue
-            if mesh is None:
-                rows.append(skipped(name, stand_in_named(TERRAIN).missing))
-                continue
-            for budget in map(int, given.budgets.split(",")):
-                rows.append(measured(mesh, name, preset, budget, given.seeds))
-                print(preset, told(rows[-1]), flush=True)
-        rows += means(rows)
-        for row in rows[-3:]:
-            print(preset, told(row), flush=True)
-        if not given.names:
-            command = " ".join(["python -m bench.sheets", *(words or sys.argv[1:])])
-            write_table(RESULTS / f"sheets_{preset}.csv", rows, command)
-    if not given.names:
-        write_page(RESULTS, "sheets", ("draft", "balanced", "best"))
+    shapes = Shapes("sheets", sheets, kind_of, standing)
+    given = arguments(__doc__, BUDGETS, words)
+    run(shapes, given, RESULTS, stand_in_named(TERRAIN).missing)
 
 
 if __name__ == "__main__":

@@ -46,7 +46,8 @@ _SETTLED_WELL = 0.98  # the same where a search has many moves, which find more
 _MANY_MOVES = 100_000
 _SLIGHT = 0.01  # overhang: who asks for more of it asks for what searches find by it
 _SETTLING = 0.3  # of what a time limit leaves, for that
-_GLANCED = 0.95  # of recall less faults, with which a draft keeps a mesh in full detail
+_NEARLY = 0.97  # of recall less faults: a search of what hides so much gains a tenth of a percent
+_GLANCED = 0.95  # with which a draft keeps a mesh in full detail
 _LITTLE = 0.1  # of the original's score: sections of hills, rods and shells have less
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _OUTLINED_SECONDS = 0.2  # for finer pictures of up to 64 triangles, in which overhang is judged
@@ -248,21 +249,38 @@ class _Run:
         """Whether there is time to settle a sheet with an outline, corner by corner.  Leaves and
         parts of houses seldom get good enough, so drafts and nodes of scenes settle only what is
         like a terrain."""
-        aims = self.options.refine
-        patient = aims.decimated and aims.searches > 1
-        return self.compared and self.outlined and (patient or self.looks.surfaces.terrain_like)
+        like_terrain = self.looks.surfaces.terrain_like
+        return self.compared and self.outlined and (self.patient or like_terrain)
 
     @property
-    def settled_enough(self) -> float:
-        """Of recall less faults: what is settled and worth that much is not searched for.
+    def patient(self) -> bool:
+        """Whether there is time for several searches: not of drafts, and of nodes of scenes."""
+        aims = self.options.refine
+        return aims.decimated and aims.searches > 1
+
+    @property
+    def unsparing(self) -> bool:
+        """Whether a search is to find all that it can.
 
         A time limit is there to be spent: three seconds find 2 % more of a dome in 200 triangles
         than a fifth of one.
         """
-        aims = self.options.refine
-        if aims.overhang > _SLIGHT or self.deadline.limited:
+        return self.options.refine.overhang > _SLIGHT or self.deadline.limited
+
+    @property
+    def settled_enough(self) -> float:
+        """Of recall less faults: what is settled and worth that much is not searched for."""
+        if self.unsparing:
             return FLAWLESS
-        return _SETTLED if aims.moves < _MANY_MOVES else _SETTLED_WELL
+        return _SETTLED if self.options.refine.moves < _MANY_MOVES else _SETTLED_WELL
+
+    @property
+    def enough(self) -> float:
+        """The same of the mesh in full detail, as it is decimated."""
+        if self.glances:
+            return _GLANCED
+        few_moves = self.options.refine.moves < _MANY_MOVES
+        return _NEARLY if self.patient and few_moves and not self.unsparing else FLAWLESS
 
     @property
     def divided(self) -> bool:
@@ -371,7 +389,7 @@ def _searched(
     aims, seed, views = run.options.refine, run.options.seed, run.looks.views
     task = _Task.of(run, budget)
     starts, whole = task.starts_and_whole()
-    kept = _kept_whole(whole, run, _GLANCED if run.glances else FLAWLESS) if whole else None
+    kept = _kept_whole(whole, run, run.enough) if whole else None
     better = _settled_whole(whole, run) if whole and kept is None and run.settles else []
     if better:
         kept = _kept_whole(better, run, run.settled_enough)
@@ -513,7 +531,7 @@ def _settled_whole(whole: Sequence[FloatArray], run: _Run) -> list[FloatArray]:
     return [settled(best, run.looks.room, run.judge, FLAWLESS, stopped)]
 
 
-def _kept_whole(whole: Sequence[FloatArray], run: _Run, enough: float = FLAWLESS) -> Refined | None:
+def _kept_whole(whole: Sequence[FloatArray], run: _Run, enough: float) -> Refined | None:
     """The best of the mesh in full detail, where there is nothing or no time to search for."""
     worths = run.judge.worths(whole)
     worth, bound = max(worths), run.looks.room.bound

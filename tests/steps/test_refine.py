@@ -432,6 +432,23 @@ def test_more_has_to_be_settled_where_a_search_finds_more(monkeypatch, how, enou
     assert made.decisions[-1].endswith("so nothing was searched.") != searched
 
 
+@pytest.mark.parametrize(
+    ("how", "searched"),
+    [
+        ({}, False),
+        ({"moves": 100_000}, True),
+        ({"time_limit": 1.0}, True),
+        ({"overhang": 0.02}, True),
+    ],
+    ids=str,
+)
+def test_what_hides_nearly_all_is_searched_for_by_who_asks_for_more(how, searched):
+    """A ball in 200 triangles took 0.9 s in place of 0.1, for as much."""
+    made = run(sphere(), budget=200, resolution=48, **how)
+    assert made.decisions[-1].endswith("so nothing was searched.") != searched
+    assert simplifier.evaluate(sphere(), made.occluder, views=64, image=128).recall > 0.96
+
+
 def test_who_lets_more_stick_out_gets_what_a_search_finds_by_it():
     """A terrain hid 98.8 in place of 99.7 % where 5 % was allowed and 0.3 used."""
     mesh, recall = hills(120), []

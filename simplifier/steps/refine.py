@@ -276,11 +276,13 @@ class _Run:
 
     @property
     def enough(self) -> float:
-        """The same of the mesh in full detail, as it is decimated."""
+        """The same of the mesh in full detail, as it is decimated: what can be settled gets better
+        by that in little time."""
         if self.glances:
             return _GLANCED
-        few_moves = self.options.refine.moves < _MANY_MOVES
-        return _NEARLY if self.patient and few_moves and not self.unsparing else FLAWLESS
+        if self.settles or self.unsparing or not self.patient:
+            return FLAWLESS
+        return _NEARLY if self.options.refine.moves < _MANY_MOVES else FLAWLESS
 
     @property
     def divided(self) -> bool:

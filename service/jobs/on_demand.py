@@ -19,6 +19,10 @@ from simplifier import OCCLUDER_SUFFIXES
 
 REPORT = "report.json"
 FINEST = "lod0.glb"
+"""The finest level, where a job keeps all."""
+EXACT = "lod0.ply"
+"""The same to the last bit: a GLB rounds corners to 32 bits, and what is drawn of it may differ by
+a pixel from what was measured."""
 ORIGINAL = "original.glb"
 WHOLE = ("occluder.glb", "occluder.occ")
 """All levels in one file."""
@@ -109,7 +113,7 @@ def made_of(name: str) -> Collection[str]:
     if name == WALK:
         return (OCCLUDERS,)
     if is_page(name) or name == LOSS:
-        return (REPORT, LEVELS, FINEST)
+        return (REPORT, LEVELS, EXACT)
     return (LEVELS,)
 
 

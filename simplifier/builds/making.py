@@ -24,6 +24,7 @@ from simplifier.builds.finding import AssetFigures
 from simplifier.builds.outputs import Output
 from simplifier.errors import MeshError, OccluderError, OptionError, OutputError
 from simplifier.io.files import make_folder, read_bytes, write_all_whole
+from simplifier.io.places import is_folder
 from simplifier.io.suffixes import overrides_beside
 from simplifier.options.simplify import SimplifyOptions
 from simplifier.progress import Stopwatch
@@ -177,6 +178,24 @@ def mesh_stamp(mesh: Path) -> tuple[str, dict[str, str]]:
     names += [] if by_hand is None else [by_hand.name]
     beside = {name: digests.of(mesh.parent / name) or "" for name in sorted(set(names))}
     return digests.of(mesh) or "", beside
+
+
+def scene_stamp(source: Path) -> tuple[str, dict[str, str]]:
+    """The same of what a scene is read from; of a folder, all digests by their relative paths."""
+    if not is_folder(source):
+        return mesh_stamp(source)
+    from simplifier.io.scene import files_of
+
+    found: dict[str, str] = {}
+    for mesh in files_of(source):
+        place = mesh.relative_to(source)
+        try:
+            digest, beside = mesh_stamp(mesh)
+        except OccluderError:  # a damaged one is left out of the scene
+            digest, beside = Digests().of(mesh) or "", {}
+        found |= {(place.parent / name).as_posix(): of_it for name, of_it in beside.items()}
+        found[place.as_posix()] = digest
+    return "", found
 
 
 __all__ = ["MAKER_GROUP", "AssetJob", "Maker", "maker_at"]

@@ -19,7 +19,6 @@ from typing import Any
 import typer
 
 from simplifier.builds.digests import Digests
-from simplifier.builds.making import mesh_stamp
 from simplifier.errors import OccluderError
 from simplifier.io.files import make_folder, write_whole
 from simplifier.io.places import followed
@@ -47,14 +46,15 @@ class Making:
     @classmethod
     def of(
         cls,
-        mesh: Path,
+        stamp: tuple[str, Mapping[str, str]],
         output: Path,
         overrides: Path | None,
         *options: OptionSet,
         also: Mapping[str, Any] = MappingProxyType({}),
     ) -> Making:
-        """``overrides``  the file of them that is read, if one is; ``also`` what is no option."""
-        digest, beside = mesh_stamp(mesh)
+        """``stamp``  of what is read, as :func:`~simplifier.builds.making.mesh_stamp` gives it;
+        ``overrides`` the file of them that is read, if one is; ``also`` what is no option."""
+        digest, beside = stamp
         by_hand = None if overrides is None else Digests().of(overrides)
         chosen = {name: value for one in options for name, value in one.chosen().items()}
         asked = {"version": VERSION, "mesh": digest, "beside": beside, "by_hand": by_hand,

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.builds.digests import Digests
+from simplifier.builds.making import scene_stamp
 from simplifier.cli.console import print_closing, print_json, print_rows
 from simplifier.cli.current import Making
 from simplifier.cli.help import OUTPUT, with_examples
@@ -100,7 +101,7 @@ def scene(
             )
         digest = None if path is None else Digests().of(path)
         also = {"transparent": transparent, "frame_triangles": frame_triangles, "path": digest}
-        making = Making.of(source, output, None, options, also=also)
+        making = Making.of(scene_stamp(source), output, None, options, also=also)
         told = making.current()
         if told is None:
             from simplifier.cli.scene_making import make_scene  # what is current need not load

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from simplifier.api import simplify as simplify_soup
+from simplifier.builds.making import mesh_stamp
 from simplifier.builds.outputs import is_for_many
 from simplifier.cli.console import print_line, print_rows
 from simplifier.cli.current import Making
@@ -130,9 +131,8 @@ def simplify(
             _foretell(mesh, options, pictures=pictures is not None)
             return None
         check_file(mesh, options, pictures=pictures is not None)
-        making = Making.of(
-            mesh, output, overrides_used(mesh, overrides, no_overrides), options, writing
-        )
+        used = overrides_used(mesh, overrides, no_overrides)
+        making = Making.of(mesh_stamp(mesh), output, used, options, writing)
         found: Report | None = None if force or pictures is not None else making.current()
         if found is not None:
             if report is not None:

@@ -16,7 +16,7 @@ import typer
 from simplifier.builds.batch import batch_jobs, places_of
 from simplifier.builds.build import answers_here
 from simplifier.builds.finding import AssetFigures
-from simplifier.builds.making import AssetJob, MadeAsset, put_in_place
+from simplifier.builds.making import AssetJob, MadeAsset, mesh_stamp, put_in_place
 from simplifier.cli.console import count_bar, print_json_line, print_line, print_report, print_text
 from simplifier.cli.current import Making
 from simplifier.cli.findings import figures_line
@@ -169,7 +169,7 @@ def _looked_up(mesh: Path, place: Path, asked: Asked) -> Making | MeshOutcome:
         if writing.with_original is not None:
             check_place(mesh, place)
         used = overrides_used(mesh, None, not asked.overrides)
-        making = Making.of(mesh, place, used, options, writing)
+        making = Making.of(mesh_stamp(mesh), place, used, options, writing)
     except OccluderError as error:
         return MeshOutcome(mesh, place, "failed", failure=str(error))
     report = None if asked.force else making.current()

@@ -20,7 +20,7 @@ from simplifier.io.camera_path import save_camera_path
 from simplifier.io.scene_writer import write_scene
 from tests.acceptance.command import OCCLUDER, ROOT, environment, occluder, read_all, read_until
 from tests.io.builders import GltfBuilder
-from tests.solids import blob, box, sphere
+from tests.solids import as_occluder, blob, box, sphere
 
 QUICK = ("--resolution", "10", "--moves", "40", "--budget", "8")
 BOX = ([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)],
@@ -127,6 +127,40 @@ def test_occluders_are_ranked_along_a_path_or_a_walk_and_not_without(here, tmp_p
     assert built(here, tmp_path, "--frame-triangles", "40").returncode == 0
     assert built(here, tmp_path).returncode == 0
     assert files(tmp_path / "out") == plain
+
+
+def test_a_folder_of_meshes_is_a_scene_and_made_again_where_any_of_them_changed(here, tmp_path):
+    """It was refused as a file without a suffix."""
+    town, out = tmp_path / "town", tmp_path / "out"
+    (town / "old").mkdir(parents=True)
+    simplifier.save(as_occluder(box()), town / "hall.ply")
+    tower = box((1.0, 3.0, 1.0), low=(4.0, 0.0, 0.0))
+    simplifier.save(as_occluder(tower), town / "old" / "tower.off")
+    builder = GltfBuilder()
+    builder.node(name="barn", mesh=builder.mesh(*BOX), translation=[-4, 0, 0])
+    data = builder.binary
+    (town / "old" / "barn.gltf").write_bytes(builder.json(uri="barn.bin"))
+    (town / "old" / "barn.bin").write_bytes(data)
+    (town / "lost.glb").write_bytes(b"no mesh")
+
+    def build():
+        done = here("scene", town, "-o", out, *QUICK)
+        assert done.returncode == 0
+        assert "lost.glb" in done.stderr
+        return done.stdout
+
+    first = made(build())
+    assert first[0] > 2
+    assert simplifier.load_occluder_tree(out).objects == ("hall", "old/barn/barn", "old/tower")
+    kept = files(out)
+    assert made(build()) == (0, sum(first))
+    assert files(out) == kept
+    larger = np.frombuffer(data[:96], np.float32) * np.float32(1.25)  # its eight corners
+    (town / "old" / "barn.bin").write_bytes(larger.tobytes() + data[96:])
+    assert made(build())[0] > 0
+    simplifier.save(as_occluder(box(low=(0.0, 0.0, 4.0))), town / "mill.obj")
+    build()
+    assert len(simplifier.load_occluder_tree(out).objects) == 4
 
 
 def write_path(path, eyes):

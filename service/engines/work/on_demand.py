@@ -18,7 +18,7 @@ from service.engines.work.scene import record_walk
 from service.engines.worker import Cancel, DoTask, ReportProgress
 from service.jobs.job import JobKind, Summary
 from service.jobs.on_demand import (
-    FINEST,
+    EXACT,
     LEVELS,
     LOSS,
     ORIGINAL,
@@ -99,7 +99,7 @@ def _made(task: Task) -> simplifier.LodChain | simplifier.Occluder:
     """What the job has made, or was sent to judge."""
     if LEVELS in task.inputs:
         return load_levels(input_path(task, LEVELS))
-    name = FINEST if FINEST in task.inputs else "occluder"
+    name = EXACT if EXACT in task.inputs else "occluder"
     options = _OPTIONS[task.kind].of(options_within_memory(task))
     return simplifier.load_occluder(
         input_path(task, name), allow_external=False, memory_limit=options.memory_limit

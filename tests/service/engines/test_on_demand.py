@@ -37,7 +37,10 @@ class Desk:
         self.note = folder / "note"
 
     def job(
-        self, do: str = "draw", tenant: str = "me", results: Sequence[str] = ("lod0.glb",)
+        self,
+        do: str = "draw",
+        tenant: str = "me",
+        results: Sequence[str] = ("lod0.glb", "lod0.ply"),
     ) -> Job:
         def stored(name: str, text: str, is_input: bool = False) -> JobFile:
             blob = self.blobs.put(io.BytesIO(text.encode()))
@@ -88,10 +91,11 @@ def test_pages_are_drawn_once_for_all_who_ask_and_become_files(desk: Desk) -> No
     for one in asked:
         assert one.result(30.0) is None
     assert desk.names(job) == {
-        "input/mesh.obj", "report.json", "lod0.glb", "report.html", "pictures/recall.png",
+        "input/mesh.obj", "report.json", "lod0.glb", "lod0.ply", "report.html",
+        "pictures/recall.png",
     }  # fmt: skip
     page = next(file for file in desk.jobs.files(job.id) if file.name == "report.html")
-    assert desk.blobs.path(page.blob).read_text() == "lod0.glb mesh report.json of cat.obj"
+    assert desk.blobs.path(page.blob).read_text() == "lod0.ply mesh report.json of cat.obj"
     assert page.media_type.startswith("text/html")
     desk.make(job).result(30.0)
     assert len(desk.begun) == 2  # one each

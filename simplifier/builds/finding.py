@@ -7,6 +7,7 @@ What is known of a finished occluder, in numbers.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -103,16 +104,17 @@ def _share(value: float) -> str:
     return f"{100.0 * value:.4f}".rstrip("0").rstrip(".") + " %"
 
 
-_SHARE_DIGITS = 6
+_PARTS = 10**6
+_ROUNDING = 1e-6  # of one: a share that is a whole number of parts stays it
 
 
 @dataclass(frozen=True)
 class AssetFigures:
     """Of the finest level where there are several.
 
-    ``precision``, ``recall``  from 0 to 1, to six digits.
-    ``overhang``, ``verdict``  likewise in the mean over all views, and in a word; None in records
-                     from before they were kept.
+    ``precision``, ``recall``  from 0 to 1, rounded down to six digits, as all that is to be large.
+    ``overhang``     in the mean over all views, rounded up; None in records that do not have it.
+    ``verdict``      in a word; None likewise.
     ``deviation``    how far it strays from the mesh, in its units, to six significant digits.
     ``error_bound``  how far it may; None where no promise was made.
     """
@@ -131,11 +133,11 @@ class AssetFigures:
         bound, overhang = report["error_bound"], report["overhang"]["share"]
         return cls(
             int(report["triangles"]),
-            round(report["precision"], _SHARE_DIGITS),
-            round(report["recall"], _SHARE_DIGITS),
+            math.floor(report["precision"] * _PARTS + _ROUNDING) / _PARTS,
+            math.floor(report["recall"] * _PARTS + _ROUNDING) / _PARTS,
             _short(report["deviation"]),
             None if bound is None else _short(bound),
-            round(overhang, _SHARE_DIGITS),
+            math.ceil(overhang * _PARTS - _ROUNDING) / _PARTS,
             report["verdict"]["word"],
         )
 

@@ -5,7 +5,12 @@ from __future__ import annotations
 import pytest
 
 from simplifier.builds.finding import AssetFigures, Requirements, shortfalls, unknown_figure
+from simplifier.wording import overhang_words, percent
 
+REPORT = {
+    "triangles": 64, "precision": 0.99, "recall": 0.8, "deviation": 0.0, "error_bound": None,
+    "overhang": {"share": 0.0124}, "verdict": {"word": "weak"},
+}  # fmt: skip
 FOUND = AssetFigures(64, 0.99, 0.8, 0.0, None, 0.0124, "weak")
 OLD = AssetFigures(64, 0.99, 0.8, 0.0, None)
 
@@ -47,3 +52,19 @@ def test_recall_may_fall_by_half_a_point(before, falls):
     was = AssetFigures(64, 0.99, before, 0.0, None)
     assert len(short(before=was)) == falls
     assert short(before=was, max_recall_loss=1.0) == []
+
+
+@pytest.mark.parametrize(
+    ("recall", "overhang", "told"),
+    [
+        (0.8, 0.0124, (0.8, 0.0124)),
+        (0.83, 0.0065, (0.83, 0.0065)),
+        (0.96199996, 0.006500418, (0.961999, 0.006501)),
+    ],
+)
+def test_figures_of_an_asset_read_as_its_report_does(recall, overhang, told):
+    """A table told 0.65 % of overhang, and the warning beside it 0.66."""
+    figures = AssetFigures.of({**REPORT, "recall": recall, "overhang": {"share": overhang}})
+    assert (figures.recall, figures.overhang) == told
+    assert percent(figures.recall, 2) == percent(recall, 2)
+    assert overhang_words(figures.overhang) == overhang_words(overhang)

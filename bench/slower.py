@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -38,13 +39,18 @@ def grown(kept: Table, found: Table) -> Iterator[str]:
         if known > 0.0 and value >= _MORE * known:
             row, column = name
             times = f"{value / known:.2f} times"
-            yield f"{', '.join(row)}: {column} {known:.4g} -> {value:.4g}, {times}"
+            yield f"{row}: {column} {known:.4g} -> {value:.4g}, {times}"
 
 
-def _figures(table: Table) -> Iterator[tuple[tuple[tuple[str, ...], str], float]]:
+def _figures(table: Table) -> Iterator[tuple[tuple[str, str], float]]:
+    """By row and column.  Rows that :data:`NAMES` do not tell apart are told by their order."""
+    seen: Counter[str] = Counter()
     for cells in table.rows:
         row: Mapping[str, str] = dict(zip(table.columns, cells, strict=True))
-        name = tuple(row[column] for column in NAMES if row.get(column))
+        name = ", ".join(row[column] for column in NAMES if row.get(column))
+        seen[name] += 1
+        if seen[name] > 1 or not name:
+            name = f"{name}, row {seen[name]}".removeprefix(", ")
         for column in MEASURED:
             if row.get(column):
                 yield (name, column), float(row[column])

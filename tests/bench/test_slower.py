@@ -43,6 +43,17 @@ def test_memory_and_floors_count_and_what_is_new_does_not(tmp_path):
     assert list(slower.grown(kept, found)) == ["k: times_floor 2 -> 2.5, 1.25 times"]
 
 
+def test_rows_of_one_name_are_told_apart_by_their_order(tmp_path):
+    """Files that had not changed were told to have grown: of rows alike, each beside the last."""
+    rows = [{"mesh": "m", "peak_mib": one} for one in (9.0, 3.0)] + [{"ratio": 2.0}, {"ratio": 1.0}]
+    kept = table(tmp_path, *rows)
+    assert list(slower.grown(kept, kept)) == []
+    rows[1]["peak_mib"], rows[3]["ratio"] = 6.0, 1.5
+    assert list(slower.grown(kept, table(tmp_path, *rows))) == [
+        "m, row 2: peak_mib 3 -> 6, 2.00 times", "row 2: ratio 1 -> 1.5, 1.50 times",
+    ]  # fmt: skip
+
+
 def test_rows_without_a_reference_stay_as_they_are():
     rows = [{"mesh": "m", "median_s": 1.0}, {"mesh": "n", "note": "skipped"}]
     assert with_ratios(rows, {"median_s": "ratio"}, (1.0, None)) == rows

@@ -12,7 +12,7 @@ import typer
 from simplifier.cli.console import print_json, print_line, print_report, progress_bar
 from simplifier.cli.help import OUTPUT
 from simplifier.cli.running import Interrupts, interrupts, run_guarded
-from simplifier.errors import OutputError
+from simplifier.errors import OptionError, OutputError
 from simplifier.io.files import check_folder
 from simplifier.io.places import is_folder, is_there
 from simplifier.progress import Listener
@@ -84,10 +84,19 @@ def run_and_show(
         raise typer.Exit(1)
 
 
+_PAGES = (".html", ".htm")
+
+
 def check_extras(report: Path | None, pictures: Path | None) -> None:
-    """Refuse now what could not be written after all the work."""
+    """Refuse now what could not be written after all the work, or is not what its name says."""
     if report is not None:
         check_folder(report)
+        if report.suffix.lower() in _PAGES:
+            raise OptionError(
+                "a report is JSON, and no page",
+                where="--report",
+                remedy=f"write --report {report.stem}.json, or --pictures FOLDER for a page",
+            )
     if pictures is not None and is_there(pictures) and not is_folder(pictures):
         raise OutputError(
             "this is not a folder", where=str(pictures), remedy="name one for the pictures"

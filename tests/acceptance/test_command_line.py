@@ -85,6 +85,16 @@ def test_simplify_writes_an_occluder_and_a_table(folder, tmp_path, suffix, here)
     assert [path.name for path in tmp_path.iterdir()] == [f"out{suffix}"]
 
 
+def test_a_report_that_is_called_a_page_is_refused_before_the_work(here, folder, tmp_path):
+    """It was JSON, which a browser shows as a wall of text."""
+    made, report = tmp_path / "out.obj", tmp_path / "fence.html"
+    done = here("simplify", folder / "boxes.ply", "-o", made, "--report", report, *QUICK)
+    assert done.returncode == 2
+    assert "--report fence.json" in one_line(done.stderr)
+    assert "--pictures" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_report_and_pictures(here, folder, tmp_path):
     done = here(
         "simplify", folder / "boxes.ply", "-o", tmp_path / "out.obj", "--min-precision", "0.9",

@@ -181,7 +181,8 @@ def mesh_stamp(mesh: Path) -> tuple[str, dict[str, str]]:
 
 
 def scene_stamp(source: Path) -> tuple[str, dict[str, str]]:
-    """The same of what a scene is read from; of a folder, all digests by their relative paths."""
+    """The same of what a scene is read from, which may be a folder: then the digest is empty, and
+    all files are told by their paths in it."""
     if not is_folder(source):
         return mesh_stamp(source)
     from simplifier.io.scene import files_of

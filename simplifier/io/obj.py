@@ -202,8 +202,8 @@ def see_through_materials(libraries: list[str], mesh: Path) -> set[str]:
     """The names of materials with ``d`` below 1, ``Tr`` between 0 and 1 or a ``map_d``.
 
     ``Tr`` is transparency to some programs, and opacity to others (MeshLab before 2023.12,
-    CloudCompare before 2.11).  Of 1 it says nothing, since nobody exports a surface that cannot be
-    seen.
+    CloudCompare before 2.11).  A value of 1 is opaque here, since nobody exports a surface that
+    cannot be seen.
 
     ``libraries``  what ``mtllib`` statements of ``mesh`` say: a name, or several.  Only files under
     the mesh's folder are opened; one that is not there, or cannot be read, says nothing: OBJ files

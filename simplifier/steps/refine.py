@@ -278,11 +278,12 @@ class _Run:
     def enough(self) -> float:
         """The same of the mesh in full detail, as it is decimated: what can be settled gets better
         by that in little time."""
+        if self.settles or self.unsparing:
+            return FLAWLESS
         if self.glances:
             return _GLANCED
-        if self.settles or self.unsparing or not self.patient:
-            return FLAWLESS
-        return _NEARLY if self.options.refine.moves < _MANY_MOVES else FLAWLESS
+        few_moves = self.options.refine.moves < _MANY_MOVES
+        return _NEARLY if self.patient and few_moves else FLAWLESS
 
     @property
     def divided(self) -> bool:

@@ -338,6 +338,18 @@ def test_a_draft_keeps_a_mesh_in_full_detail_where_that_hides_nearly_all(monkeyp
     assert after.overhang.by_view.max() < 0.002 < before.overhang.by_view.max()
 
 
+def test_a_draft_that_may_stick_out_more_is_searched_for(monkeypatch):
+    """By 5 % of overhang a search finds more than what is flush hides."""
+    judged = run(blob(rings=40), budget=256, preset="draft")
+    assert judged.decisions[-1].endswith("so nothing was searched.")
+    wider = run(blob(rings=40), budget=256, preset="draft", overhang=0.05)
+    assert not wider.decisions[-1].endswith("so nothing was searched.")
+    reports = [
+        simplifier.evaluate(blob(rings=40), one.occluder, views=64) for one in (judged, wider)
+    ]
+    assert reports[0].recall < reports[1].recall
+
+
 def test_a_draft_takes_a_mesh_in_full_detail_that_hides_more_than_what_it_found(monkeypatch):
     """A ball in 96 triangles hid 91.1 %, with 0.70 % beside it."""
     (before, _), (after, how) = drafts(monkeypatch, sphere(), 96)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import simplifier
+from simplifier import api
 from simplifier.errors import (
     BackendUnavailableError,
     CancelledError,
@@ -19,6 +20,7 @@ from simplifier.errors import (
     UnknownFormatError,
     UnreadableMeshError,
 )
+from simplifier.progress import Deadline, Stopwatch
 from tests.solids import blob, box
 
 FAST = {"resolution": 12, "budget": 12, "preset": "draft", "moves": 200}
@@ -106,6 +108,30 @@ def test_what_is_raised(kind, call):
 
 def no_occluder():
     return simplifier.Occluder(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))
+
+
+@pytest.mark.parametrize("levels", [{}, {"lods": 2}], ids=str)
+def test_what_is_compiled_first_is_part_of_no_stage_and_of_no_time_limit(monkeypatch, levels):
+    """A first run told 17 seconds of voxels, and within a limit of two nothing was refined."""
+    began, after, watch = [], Deadline.after, Stopwatch.__init__
+
+    def deadline(*given):
+        began.append("limit")
+        return after(*given)
+
+    def watched(self, *given):
+        began.append("stages")
+        watch(self, *given)
+
+    monkeypatch.setattr(api, "load_imported", lambda: began.append("compiled"))
+    monkeypatch.setattr(Deadline, "after", deadline)
+    monkeypatch.setattr(Stopwatch, "__init__", watched)
+    made = simplifier.simplify(box(), budget=11, resolution=8, time_limit=0.1, **levels)
+    assert began[0] == "compiled"
+    assert {*began[1:]} == {"limit", "stages"}
+    began.clear()
+    simplifier.evaluate(box(), made.occluder, views=4, image=32, resolution=8)
+    assert began == ["compiled", "stages"]
 
 
 def test_an_occluder_made_elsewhere_promises_nothing():

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
+
 import pytest
 
 import simplifier
-from bench.by_budget import Shapes, arguments, means, run
-from bench.record import read_table
+from bench.by_budget import PRESETS, Shapes, arguments, means, run
+from bench.quality import RESULTS
+from bench.record import read_table, write_page
 from tests.solids import box, sphere
 
 
@@ -53,3 +56,11 @@ def test_all_of_them_are_kept_as_a_table_and_a_page(shapes, tmp_path):
     assert named[2]["mesh"] == "lost"
     assert "no" in named[2]["note"]
     assert "--presets draft --seeds 2" in (tmp_path / "things.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", ["sheets", "props"])
+def test_kept_pages_are_those_of_the_kept_tables(tmp_path, page):
+    for path in RESULTS.glob(f"{page}_*.csv"):
+        shutil.copy(path, tmp_path)
+    made = write_page(tmp_path, page, (*PRESETS, "best"))
+    assert made.read_text(encoding="utf-8") == (RESULTS / made.name).read_text(encoding="utf-8")

@@ -1,14 +1,11 @@
-"""The sheets of the table, and its page."""
+"""The sheets of the table."""
 
 from __future__ import annotations
-
-import shutil
 
 import numpy as np
 import pytest
 
-from bench.record import write_page
-from bench.sheets import RESULTS, kind_of, noise, sheets
+from bench.sheets import kind_of, noise, sheets
 from simplifier.kernels.thin import border_places
 
 
@@ -20,10 +17,3 @@ def test_every_sheet_is_open_and_the_noise_is_as_high_as_said():
     height = np.ptp(noise(1, 40, 2.5).vertices[:, 2])
     assert height == pytest.approx(6.0)
     assert {kind_of(name) for name in made} == {"terrains", "others"}
-
-
-def test_the_page_of_sheets_is_current(tmp_path):
-    for path in RESULTS.glob("sheets_*.csv"):
-        shutil.copy(path, tmp_path)
-    page = write_page(tmp_path, "sheets", ("draft", "balanced", "best"))
-    assert page.read_text(encoding="utf-8") == (RESULTS / "sheets.md").read_text(encoding="utf-8")

@@ -20,8 +20,7 @@ from simplifier.geometry.occluder import AN_OCCLUDER, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
 from simplifier.io.save import save_lods, save_occluder
-from simplifier.kernels.compiled.waiting import load_imported
-from simplifier.kernels.front import import_for
+from simplifier.kernels.front import load_for
 from simplifier.lods.level_plan import plan_levels
 from simplifier.lods.levels import Levels, simplify_levels
 from simplifier.memory.need import MeshSize
@@ -79,7 +78,7 @@ def simplify(
     longest, levels = float(mesh.extent.max()), chosen.levels
     stages = stage_options(chosen, longest)
     check_making(mesh, stages, chosen.memory_limit, judging_of(chosen))
-    _put_code_in_place(mesh)
+    load_for(len(mesh.faces))
     made: Simplification | Levels
     if levels is None:
         made = simplify_mesh(mesh, stages, listener, cancel, overrides)
@@ -87,13 +86,6 @@ def simplify(
         plan = plan_levels(longest, stages, levels, len(overrides.triangles))
         made = simplify_levels(mesh, plan, listener, cancel, overrides)
     return SimplifyResult(mesh, chosen, stages, made, overrides)
-
-
-def _put_code_in_place(mesh: TriangleMesh) -> None:
-    """Compile what is missing before the clocks start: that is part of no stage, and of no time
-    limit."""
-    import_for(len(mesh.faces))
-    load_imported()
 
 
 def evaluate(
@@ -132,7 +124,7 @@ def evaluate(
         stages,
         chosen.memory_limit,
     )
-    _put_code_in_place(mesh)
+    load_for(len(mesh.faces))
     watch = Stopwatch(listener, cancel)
     solid = solidify(mesh, stages.solid, watch, Overrides(viewers=overrides.viewers))
     with watch.stage("accuracy"):

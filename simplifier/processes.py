@@ -21,7 +21,6 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from simplifier.errors import BackendUnavailableError, OccluderError
-from simplifier.kernels.compiled.waiting import load_imported
 from simplifier.kernels.threads import running
 from simplifier.progress import Cancel
 
@@ -83,10 +82,10 @@ def run_jobs(
     Raises :class:`BackendUnavailableError` when processes end before they are at any job.
     """
     # Here, not above: a build that has nothing to make needs no numpy.
-    from simplifier.kernels.front import LEAST_FACES, import_for
+    from simplifier.kernels.front import LEAST_FACES, load_for
 
-    import_for(LEAST_FACES)  # nobody knows here how fine the meshes of the jobs are
-    load_imported()  # else each process would compile what is missing
+    # Nobody knows here how fine the meshes of the jobs are, and else each process would compile.
+    load_for(LEAST_FACES)
     crew = _Crew(start, arguments, processes, deque(Attempt(job) for job in range(len(jobs))))
     try:
         while crew.at_work:

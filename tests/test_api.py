@@ -123,7 +123,7 @@ def test_what_is_compiled_first_is_part_of_no_stage_and_of_no_time_limit(monkeyp
         began.append("stages")
         watch(self, *given)
 
-    monkeypatch.setattr(api, "load_imported", lambda: began.append("compiled"))
+    monkeypatch.setattr(api, "load_for", lambda faces: began.append("compiled"))
     monkeypatch.setattr(Deadline, "after", deadline)
     monkeypatch.setattr(Stopwatch, "__init__", watched)
     made = simplifier.simplify(box(), budget=11, resolution=8, time_limit=0.1, **levels)

@@ -92,7 +92,9 @@ def test_what_fine_meshes_need_is_compiled_before_there_are_processes():
         "from simplifier import processes\n"
         "from simplifier.kernels.compiled.waiting import waiting\n"
         "assert 'numpy' not in sys.modules\n"
-        "processes.load_imported = lambda: print(*waiting)\n"
+        "from simplifier.kernels import front\n"
+        "assert 'simplifier.kernels.front_contours' not in sys.modules\n"
+        "front.load_imported = lambda: print(*waiting)\n"
         "list(processes.run_jobs(None, (), [], 2))"
     )
     done = subprocess.run(

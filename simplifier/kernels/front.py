@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from simplifier.kernels.bit_image import lowest_one, popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
+from simplifier.kernels.compiled.waiting import load_imported
 from simplifier.kernels.coverage import Known, by_contours, drawable
 from simplifier.kernels.faces import (
     box_columns,
@@ -37,16 +38,19 @@ LEAST_FACES = 1 << 13
 tenth of a second, and the kernels for it take two seconds to compile."""
 
 
-def import_for(faces: int) -> None:
-    """Import the kernels that a mesh of so many triangles is drawn by, and its front counted.
+def load_for(faces: int) -> None:
+    """Put in place what a run calls, with the kernels that a mesh of so many triangles is drawn by,
+    and its front counted.
 
-    The first kernel that a run calls compiles what is imported and missing, on all processors.
-    Kernels that were imported later would be compiled one after the other, by one processor.
+    What is missing is compiled together, on all processors.  Kernels that were imported later would
+    be compiled one after the other, by one processor.  To be called before the clocks start: to
+    compile is part of no stage, and of no time limit.
     """
     if faces >= LEAST_FACES:
         importlib.import_module("simplifier.kernels.front_contours")
     elif by_contours(faces, _PICTURES, _SIDE * _SIDE):
         importlib.import_module("simplifier.kernels.contours")
+    load_imported()
 
 
 def front_pixels(

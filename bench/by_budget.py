@@ -123,14 +123,13 @@ def means(shapes: Shapes, rows: Sequence[Row]) -> list[Row]:
     by_kind: dict[str, list[Row]] = {}
     for row in known:
         by_kind.setdefault(f"mean of {shapes.kind_of(str(row[shapes.one]))}", []).append(row)
-    if len(by_kind) != 1:
+    if len(by_kind) > 1:
         by_kind["mean"] = known
     return [
         {shapes.one: kind}
         | _as_told({name: statistics.fmean(float(str(row[name])) for row in some)
                     for name in _FIGURES})
         for kind, some in by_kind.items()
-        if some
     ]  # fmt: skip
 
 

@@ -13,13 +13,23 @@ from typing import Any
 _ROUNDING = 1e-9  # 0.29 * 100 is 28.999999999999996
 
 
+def parts_below(share: float, parts: float) -> int:
+    """How many of so many parts a share is, rounded down: 830 of 1,000 for 0.83."""
+    return math.floor(share * parts + _ROUNDING)
+
+
+def parts_above(share: float, parts: float) -> int:
+    """The same rounded up."""
+    return math.ceil(share * parts - _ROUNDING)
+
+
 def percent(share: float, digits: int = 1) -> str:
     """``"83.5 %"`` for 0.8359: rounded down, so that "100 %" means all of it.
 
     What is more than nothing never reads as nothing: ``"< 0.1 %"``.
     """
     scale = 10.0**digits
-    steps = math.floor(share * 100.0 * scale + _ROUNDING)
+    steps = parts_below(share, 100.0 * scale)
     if steps == 0 and share > 0.0:
         return f"< {1.0 / scale:.{digits}f} %"
     return f"{steps / scale:.{digits}f} %"
@@ -27,7 +37,7 @@ def percent(share: float, digits: int = 1) -> str:
 
 def percent_at_most(share: float) -> str:
     """``"3.48 %"`` for 0.03471: rounded up, of what is to be small, so that no limit seems kept."""
-    return f"{math.ceil(share * 1e4 - _ROUNDING) / 100.0:.2f} %"
+    return f"{parts_above(share, 1e4) / 100.0:.2f} %"
 
 
 def mean_and_worst(mean: float, worst: float) -> str:

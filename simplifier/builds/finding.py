@@ -7,7 +7,6 @@ What is known of a finished occluder, in numbers.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
@@ -16,6 +15,7 @@ from typing import Any, Literal
 from simplifier.accuracy.verdict import VerdictWord, falls_short
 from simplifier.options.fields import OptionSet, option
 from simplifier.options.simplify import MOST_TRIANGLES
+from simplifier.wording import parts_above, parts_below
 
 
 class State(StrEnum):
@@ -104,8 +104,7 @@ def _share(value: float) -> str:
     return f"{100.0 * value:.4f}".rstrip("0").rstrip(".") + " %"
 
 
-_PARTS = 10**6
-_ROUNDING = 1e-6  # of one: a share that is a whole number of parts stays it
+_PARTS = 10**6  # of a share that are kept
 
 
 @dataclass(frozen=True)
@@ -133,11 +132,11 @@ class AssetFigures:
         bound, overhang = report["error_bound"], report["overhang"]["share"]
         return cls(
             int(report["triangles"]),
-            math.floor(report["precision"] * _PARTS + _ROUNDING) / _PARTS,
-            math.floor(report["recall"] * _PARTS + _ROUNDING) / _PARTS,
+            parts_below(report["precision"], _PARTS) / _PARTS,
+            parts_below(report["recall"], _PARTS) / _PARTS,
             _short(report["deviation"]),
             None if bound is None else _short(bound),
-            math.ceil(overhang * _PARTS - _ROUNDING) / _PARTS,
+            parts_above(overhang, _PARTS) / _PARTS,
             report["verdict"]["word"],
         )
 

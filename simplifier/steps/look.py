@@ -202,7 +202,7 @@ def look(
         and _is_told_soon(shown, budget)
     )
 
-    def reduced() -> None:
+    def decimated() -> None:
         if deadline.limited:
             return
         if surfaces.terrain_like:
@@ -218,7 +218,7 @@ def look(
         return replace(views, depths=original.depths(views.projections, SIZE).rows_of_search())
 
     # First what takes one thread long: others help with pictures.
-    _, views = run_both(reduced, pictured)
+    _, views = run_both(decimated, pictured)
     return Looks(original, views, surfaces, room, glance)
 
 

@@ -254,7 +254,7 @@ class _Run:
 
     @property
     def patient(self) -> bool:
-        """Whether there is time for several searches: not of drafts, and of nodes of scenes."""
+        """Whether there is time for several searches: not in drafts, nor in nodes of scenes."""
         aims = self.options.refine
         return aims.decimated and aims.searches > 1
 

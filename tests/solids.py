@@ -106,6 +106,16 @@ def hills(side=41):
     return TriangleMesh.from_soup(points, triangles_of(squares.reshape(-1, 4)))
 
 
+def flower(corners=400):
+    """A flat sheet with seven petals, whose outline has so many corners."""
+    turns = np.linspace(0.0, 2.0 * np.pi, corners, endpoint=False)
+    far = 1.0 + 0.3 * np.cos(7.0 * turns)
+    rim = np.stack([far * np.cos(turns), far * np.sin(turns), np.zeros(corners)], axis=1)
+    one = np.arange(corners)
+    faces = np.stack([np.full(corners, corners), one, (one + 1) % corners], axis=1)
+    return TriangleMesh.from_soup(np.concatenate([rim, np.zeros((1, 3))]), faces)
+
+
 def joined(*meshes):
     """All triangles in one mesh."""
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes[:-1])])

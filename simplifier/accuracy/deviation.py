@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from simplifier.errors import MeshError
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.room import EVERYWHERE
 from simplifier.geometry.solid import BoolArray, Solid, VoxelGrid
 from simplifier.kernels.deviation import (
     build_box_tree,
@@ -75,7 +76,7 @@ def _leaving(triangles: FloatArray, inside: BoolArray) -> FloatArray:
     layers = (~inside).view(np.uint8)
     within = np.empty(len(triangles), dtype=np.bool_)
     nothing_kept = np.empty((0, 0, 0), dtype=np.uint64)  # voxels are cells themselves
-    all_contained(triangles, (layers, layers, layers, 0, nothing_kept), within)
+    all_contained(triangles, (layers, layers, layers, 0, nothing_kept, EVERYWHERE), within)
     return triangles[~within]
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray
 
 Layers = NDArray[np.uint8]
@@ -18,6 +19,11 @@ INTERIOR, SURFACE, NEVER = 0, 1, 255
 
 WHOLE = 254
 """The share of a cell that is all inside; even, so that a half is whole too."""
+
+EVERYWHERE: FloatArray = np.array([0.0, 0.0, 1.0, -np.inf, np.inf])
+"""The slab of a mesh that lies in no thin one."""
+
+EVERYWHERE.setflags(write=False)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +42,8 @@ class Room:
                   floor(p + margin).
     ``slack``     cells that the solid's own voxels may be away from the surface or from what is
                   known to be inside; 0 where that is known voxel by voxel.
+    ``slab``      (5,) float64: two planes that the mesh lies between, past which triangles only
+                  stick out: their unit normal, and how far they are along it, in the room's place.
     """
 
     layers: Layers
@@ -46,6 +54,7 @@ class Room:
     reaches: tuple[float, ...]
     margin: float
     slack: float = 0.0
+    slab: FloatArray = field(default_factory=lambda: EVERYWHERE)
 
     @classmethod
     def of(cls, allowed: BoolArray, margin: float = 0.0, reach: float = 0.0) -> Room:
@@ -83,9 +92,9 @@ class Room:
         return self.reaches[self.limit] + self.slack
 
     @property
-    def voxels(self) -> tuple[Layers, Layers, Layers, int, NDArray[np.uint64]]:
+    def voxels(self) -> tuple[Layers, Layers, Layers, int, NDArray[np.uint64], FloatArray]:
         """As :func:`~simplifier.kernels.voxelize.is_contained` takes it."""
-        return self.layers, self.least, self.most, self.limit, self._barred
+        return self.layers, self.least, self.most, self.limit, self._barred, self.slab
 
     @cached_property
     def _barred(self) -> NDArray[np.uint64]:

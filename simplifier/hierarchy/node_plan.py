@@ -154,7 +154,7 @@ def _are_upright(transforms: FloatArray, up: int) -> NDArray[np.bool_]:
     return np.asarray(shares > 1.0 - _LEVEL)
 
 
-_FORMAT = b"20"  # raised when the same input is to give another occluder
+_FORMAT = b"21"  # raised when the same input is to give another occluder
 _DIGITS = 32
 
 

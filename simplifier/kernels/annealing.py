@@ -9,6 +9,7 @@ import numpy as np
 
 from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
+from simplifier.kernels.slab import keep_between
 from simplifier.kernels.soup_views import (
     BLOCK,
     OUTLINE_NUMBERS,
@@ -97,7 +98,7 @@ def _find_cell(room, before, number):
             low = middle
         else:
             high = middle
-    _, least, _, limit, _ = room
+    _, least, _, limit, _, _ = room
     x, y = low // least.shape[1], low % least.shape[1]
     left = number - before[low]
     z = 0
@@ -367,7 +368,7 @@ def anneal(
     scratch = _scratch(projections, images)
     trial, spare = np.zeros((3, 3)), np.zeros((3, 3))
     delta = np.zeros(3)
-    cells = room[1].shape
+    cells, slab = room[1].shape, room[5]
     reach = _REACH * max(cells[0], cells[1], cells[2])
     places = len(scores) + _LOOKS
     lookup = (np.empty((8, places)), np.empty(places, np.int64), originals)
@@ -399,6 +400,7 @@ def anneal(
         begin, end = (0, 3) if anew else (moved, moved + 1)
         inside = True
         for k in range(begin, end):
+            keep_between(trial[k], slab)
             point = corner(trial, k)
             inside = inside and is_contained(point, point, point, room)
         if not inside:

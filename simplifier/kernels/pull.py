@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from simplifier.kernels.compiled.kernel import inner_kernel, kernel
+from simplifier.kernels.slab import keep_between
 from simplifier.kernels.soup_views import corner
 from simplifier.kernels.voxelize import ROOM, is_contained
 
@@ -47,6 +48,7 @@ def pull_triangles(triangles, room, steps, pulls, share, inside):
     in the end.
     """
     moved = np.empty((3, 3))
+    slab = room[5]
     for index in range(len(triangles)):
         triangle = triangles[index]
         inside[index] = False
@@ -58,6 +60,7 @@ def pull_triangles(triangles, room, steps, pulls, share, inside):
                 for k in range(3):
                     for axis in range(3):
                         moved[k, axis] = triangle[k, axis] + step * normal[axis]
+                    keep_between(moved[k], slab)
                 if is_contained(corner(moved, 0), corner(moved, 1), corner(moved, 2), room):
                     triangle[:] = moved
                     inside[index] = True

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.threads import run_chunks
 
-ROOM = "(uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64, uint64[:, :, :])"
+ROOM = "(uint8[:, :, :], uint8[:, :, :], uint8[:, :, :], int64, uint64[:, :, :], float64[:])"
 """A room as :func:`is_contained` takes it, in words of a kernel's signature."""
 
 # A triangle that touches a voxel's face counts as inside on both sides of it.  Rounding of the
@@ -334,7 +334,7 @@ def _cells_below(low, high, most, limit):
 def _barred_in(x, y, z, room):
     """The voxels of a cell that are above the limit, as ones of a word: voxel (i, j, k) of it is
     bit 16 i + 4 j + k.  They are looked at once: 64 lie in as many as 16 lines of memory."""
-    layers, _, _, limit, barred = room
+    layers, _, _, limit, barred, _ = room
     word = barred[x, y, z]
     if word == 0:  # threads that find the same at the same time write the same
         for i in range(_WORD):
@@ -378,7 +378,7 @@ def _cell_contained(cell, fine, room, w):
     ``cell`` and ``fine``, which are the triangle's sides in voxels, its box and whether that is a
     row of them, have their axes in cyclic order, ``w`` last; ``room`` as for :func:`is_contained`.
     """
-    layers, least, _, limit, barred = room
+    layers, least, _, limit, barred, _ = room
     x, y, z = _back(cell, w)
     if least[x, y, z] > limit:
         return False
@@ -426,7 +426,7 @@ def _back(t, w):
 @inline_kernel
 def _point_contained(point, room):
     """Whether a point's voxel is not above the limit."""
-    layers, least, most, limit, barred = room
+    layers, least, most, limit, barred, _ = room
     x, y, z = np.int64(point[0]), np.int64(point[1]), np.int64(point[2])
     if most[x, y, z] <= limit:  # of an array that is small enough for a cache
         return True
@@ -451,10 +451,12 @@ def is_contained(p, q, r, room):
     ``limit``   the highest layer that is allowed.
     ``barred``  (nx, ny, nz) uint64 where a cell has four voxels along each axis, else empty: zeros
                 that are overwritten cell by cell, the room and its limit staying as they are.
+    ``slab``    (5,) float64, as :func:`~simplifier.kernels.slab.keep_between` has it, which whoever
+                moves a corner asks for; here it does not count.
 
     Outside the grid nothing is allowed.  Voxels are looked at only in cells that hold both kinds.
     """
-    layers, _, most, limit, _ = room
+    layers, _, most, limit, _, _ = room
     sizes = most.shape
     for axis in range(3):
         if min(p[axis], q[axis], r[axis]) <= _TOUCH:

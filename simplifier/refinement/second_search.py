@@ -15,6 +15,8 @@ from simplifier.refinement.finalists import Judge
 from simplifier.refinement.search import Stop, pull_into, refine
 
 _FAULTS = 0.12  # of recall, that what was found has to lose by its faults
+_SHARE = 0.24  # or so much of it, where that is less
+_LEAST = 0.02  # of recall, that it has to be then
 _MOVES = 0.75  # of those of the first search
 _MOST_MOVES = 30_000  # more gain nothing
 _DOUBTFUL = 0.08  # of recall: faults that make fewer triangles worth a try
@@ -46,7 +48,8 @@ def search_again(
     found would be without its faults.
     """
     most = max(map(judge.recall, found), default=0.0)
-    if room.limit <= SURFACE or most - judge.worth(chosen) < _FAULTS:
+    lost = most - judge.worth(chosen)
+    if room.limit <= SURFACE or lost < min(_FAULTS, max(_SHARE * most, _LEAST)):
         return None
     start, less = _best_drawn_in(found, room, judge)
     fewer = replace(options, moves=min(round(_MOVES * options.moves), _MOST_MOVES))

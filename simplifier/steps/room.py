@@ -17,6 +17,7 @@ from simplifier.options.stages import (
 )
 from simplifier.voxel.morphology import with_neighbours
 from simplifier.voxel.room import coarse_room, make_room
+from simplifier.voxel.slab import thin_slab
 
 _ROUNDING = 1e-9  # of a bound that a resolution was chosen for
 _SPAN = 0.04  # of overhang, over which the room grows from one diagonal of a cell to nearly two
@@ -28,11 +29,18 @@ def open_room(
     options: Options,
     overrides: Overrides = NO_OVERRIDES,
 ) -> Room | None:
-    """All that keeps the error bound, and regions open; None where what is cut stays as it is.
+    """All that keeps the error bound, and regions open, in the slab of a thin mesh; None where what
+    is cut stays as it is."""
+    room = _bounded_room(mesh, solid, options, overrides)
+    return None if room is None else replace(room, slab=thin_slab(mesh, solid.core, room.margin))
 
-    In voxels finer than the solid's own where that serves: overhang is to be small, which those do
-    not resolve, or triangles keep wholly inside, where a shell of coarse ones would be given up, or
-    an error bound was asked for.
+
+def _bounded_room(
+    mesh: TriangleMesh, solid: Solid, options: Options, overrides: Overrides
+) -> Room | None:
+    """In voxels finer than the solid's own where that serves: overhang is to be small, which those
+    do not resolve, or triangles keep wholly inside, where a shell of coarse ones would be given up,
+    or an error bound was asked for.
     """
     regions = [one.region for one in overrides.open]
     if solid.reach > 0 and not regions:

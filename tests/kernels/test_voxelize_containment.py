@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from simplifier.geometry.room import Room
+from simplifier.geometry.room import EVERYWHERE, Room
 from simplifier.kernels import voxelize
 from simplifier.kernels.soup_views import all_contained
 from simplifier.kernels.voxelize import (
@@ -57,13 +57,14 @@ def kept_to(triangle, layers, limit, size):
     blocks = layers.reshape(cells, size, cells, size, cells, size)
     least, most = blocks.min(axis=(1, 3, 5)), blocks.max(axis=(1, 3, 5))
     if size != 4:
-        return is_contained(*corners, (layers, least, most, limit, np.zeros((0, 0, 0), np.uint64)))
+        nothing = np.zeros((0, 0, 0), np.uint64)
+        return is_contained(*corners, (layers, least, most, limit, nothing, EVERYWHERE))
     bits = (blocks > limit).transpose(0, 2, 4, 1, 3, 5).reshape(cells, cells, cells, 64)
     known = np.packbits(bits, axis=-1, bitorder="little").view("<u8")[..., 0].astype(np.uint64)
     found = np.zeros_like(known)
-    kept = is_contained(*corners, (layers, least, most, limit, found))
+    kept = is_contained(*corners, (layers, least, most, limit, found, EVERYWHERE))
     assert np.array_equal(found[found > 0], known[found > 0])
-    assert is_contained(*corners, (layers, least, most, limit, known)) == kept
+    assert is_contained(*corners, (layers, least, most, limit, known, EVERYWHERE)) == kept
     return kept
 
 
@@ -255,7 +256,7 @@ def test_in_cells_of_several_voxels_each_voxel_is_judged(corners, size, seed, li
     triangle = np.array(corners) / PARTS
     expected = contained(triangle * size, layers <= limit)
     barred = np.zeros(least.shape if size == 4 else (0, 0, 0), np.uint64)
-    room = (layers, least, most, limit, barred)
+    room = (layers, least, most, limit, barred, EVERYWHERE)
     for _ in range(2):  # cells have been looked at then
         assert is_contained(*(tuple(map(float, corner)) for corner in triangle), room) == expected
     if size == 4:

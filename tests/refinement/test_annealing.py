@@ -25,6 +25,7 @@ from simplifier.refinement.annealing import (
     RefineViews,
     _looks,
     by_looks,
+    pull_each,
 )
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from tests.refinement.soups import ball, crossed_quads, score, views_of
@@ -356,3 +357,18 @@ def test_each_look_has_four_times_the_views_of_the_one_before_but_for_the_last()
     assert _looks(32).tolist() == [[16, 2], [32, 1]]
     assert _looks(128).tolist() == [[16, 8], [64, 2], [128, 1]]
     assert _looks(256).tolist() == [[16, 16], [64, 4], [256, 1]]
+
+
+def test_no_corner_leaves_the_slab_of_the_room():
+    normal, low, high = np.array([0.0, 0.6, 0.8]), 15.0, 17.5
+    room = replace(Room.of(ball()), slab=np.array([*normal, low, high]))
+    start, inside = pull_each(crossed_quads(), room)
+    assert inside.all()
+    search = Annealing(start, room, views_of(ball()), Prices(1), 0)
+    search.run(400 * TRIES, (0.0, 0.2))
+    found = search.current()
+    assert (found != start).any(axis=(1, 2)).all()
+    for triangles in (start, found, search.best()):
+        along = triangles @ normal
+        assert low - 1e-9 < along.min() <= along.max() < high + 1e-9
+    assert np.count_nonzero(np.abs(found @ normal - high) < 1e-9) > 0  # some lie on its plane

@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 import simplifier
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.front import measure_front
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
+from simplifier.geometry.room import EVERYWHERE
 from simplifier.geometry.views import random_directions
 from simplifier.kernels.soup_views import all_contained
 from simplifier.options.stages import make_options
@@ -28,9 +30,22 @@ from simplifier.refinement.starts import Surfaces
 from simplifier.refinement.trim import trimmed
 from simplifier.steps import look as look_step
 from simplifier.steps import refine as refine_step
+from simplifier.steps import room as room_step
 from simplifier.steps.refine import Refined
 from simplifier.steps.room import open_room
-from tests.solids import blob, box, hills, joined, ladder, rounded_box, sphere, torus, truss
+from tests.solids import (
+    blob,
+    box,
+    flower,
+    hills,
+    joined,
+    ladder,
+    rounded_box,
+    sphere,
+    torus,
+    triangles_of,
+    truss,
+)
 
 
 def run(mesh, listener=None, **options):
@@ -187,7 +202,7 @@ def test_a_draft_of_bars_begins_with_the_mesh_too(monkeypatch):
 
     assert recall() > 0.9
     monkeypatch.setattr(refine_step, "_LITTLE", 0.0)  # no sections are so poor
-    assert recall() < 0.2
+    assert recall() < 0.25
 
 
 @pytest.mark.parametrize(
@@ -558,7 +573,8 @@ def test_what_sticks_out_at_last_is_cut_back(monkeypatch, mesh):
 
 def test_what_hides_wrongly_is_cut_back_where_nothing_found_is_worth_anything(monkeypatch):
     """Of a tree with leaves, whatever searches found hid too much wrongly by some seeds, and the
-    occluder was empty."""
+    occluder was empty.  Bars hide little unless searches keep to the slab that they lie in."""
+    monkeypatch.setattr(room_step, "thin_slab", lambda *any_: EVERYWHERE)
     mesh = truss()
 
     def report():
@@ -803,3 +819,52 @@ def test_more_triangles_of_a_smooth_sheet_hide_no_less():
     ]  # fmt: skip
     assert recalls[1] > recalls[0] - 0.02
     assert recalls[2] > recalls[1] - 0.02
+
+
+def plate(turn):
+    """A petalled plate of a thirtieth of its width, turned."""
+    sheet = flower(200)
+    below = sheet.vertices - [0.0, 0.0, 0.08]
+    rim = np.arange(200)
+    side = np.stack([rim, (rim + 1) % 200, (rim + 1) % 200 + 201, rim + 201], axis=1)
+    faces = np.concatenate([sheet.faces, sheet.faces[:, ::-1] + 201, triangles_of(side)[:, ::-1]])
+    points = np.concatenate([sheet.vertices, below])
+    return TriangleMesh.from_soup(turn.apply(points), faces)
+
+
+FLAT, THICK = flower(), plate(Rotation.random(random_state=3))
+
+
+def on_edge(mesh, preset="balanced"):
+    """Recall, and the overhang of the worst view; among 96 views is one in the flower's plane."""
+    occluder = run(mesh, budget=16, preset=preset).occluder
+    views = 96 if mesh is FLAT else 48
+    found = simplifier.evaluate(mesh, occluder, views=views, image=160, exact=True)
+    return found.recall, float(found.overhang.by_view.max())
+
+
+@pytest.mark.parametrize("preset", ["draft", "balanced", "best"])
+@pytest.mark.parametrize("mesh", [FLAT, THICK], ids=["flat", "thick"])
+def test_what_is_thin_sticks_out_by_little_on_edge(mesh, preset):
+    recall, worst = on_edge(mesh, preset)
+    assert recall > 0.8
+    assert worst < (0.1 if mesh is FLAT else 0.02)  # a pixel of a line, or of a band
+
+
+@pytest.mark.parametrize(("mesh", "most"), [(FLAT, 0.9), (THICK, 0.05)], ids=["flat", "thick"])
+def test_no_search_sees_what_sticks_out_there(monkeypatch, mesh, most):
+    """A flat sign's occluder was a seventieth of its width thick, which on edge was as much again
+    as there was to see."""
+    monkeypatch.setattr(room_step, "thin_slab", lambda *any_: EVERYWHERE)
+    assert on_edge(mesh)[1] > most
+
+
+def test_bars_hide_more_where_searches_keep_to_their_slab(monkeypatch):
+    """Those of a truss were found by chance: 11 to 22 % of what they hide, by three seeds."""
+
+    def recall():
+        return simplifier.evaluate(truss(), run(truss(), budget=32).occluder, views=64).recall
+
+    within = recall()
+    monkeypatch.setattr(room_step, "thin_slab", lambda *any_: EVERYWHERE)
+    assert within > 0.5 > 2.0 * recall()

@@ -22,7 +22,7 @@ BINARY_CHUNK = 0x004E4942
 _UNDERSTOOD = ("KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "MSFT_lod")
 # Of looks, sound and metadata: they move no vertex and hide no node.
 _OF_NO_SHAPE = re.compile(
-    r"[A-Z]+_(materials|texture|lights|packing|techniques|animation|audio|xmp|mesh_features"
+    r"[A-Z]+_(materials|texture|lights|packing|techniques?|animation|audio|xmp|mesh_features"
     r"|instance_features|structural_metadata|feature_metadata)"
 )
 _COMPRESSION = ("KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression")

@@ -58,7 +58,7 @@ def test_all_of_them_are_kept_as_a_table_and_a_page(shapes, tmp_path):
     assert "--presets draft --seeds 2" in (tmp_path / "things.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("page", ["sheets", "props"])
+@pytest.mark.parametrize("page", ["sheets", "props", "plates"])
 def test_kept_pages_are_those_of_the_kept_tables(tmp_path, page):
     for path in RESULTS.glob(f"{page}_*.csv"):
         shutil.copy(path, tmp_path)

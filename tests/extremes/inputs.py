@@ -218,7 +218,9 @@ PROJECTION = [1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
 GLTF: dict[str, Usable | Refused] = {
     "an extension of positions": Refused(".glb", requiring("CESIUM_RTC"), "'CESIUM_RTC', which"),
     "an extension that cannot be printed": Refused(".glb", requiring("\ud800\n"), "ud800"),
-    "an extension of looks": Usable(".glb", requiring("KHR_materials_unlit", "EXT_texture_webp")),
+    "an extension of looks": Usable(
+        ".glb", requiring("KHR_materials_unlit", "EXT_texture_webp", "KHR_technique_webgl")
+    ),
     "draco": Refused(".glb", requiring("KHR_draco_mesh_compression"), "draco.*save it uncompr"),
     "meshopt": Refused(".glb", requiring("EXT_meshopt_compression"), "meshopt.*save it uncompr"),
     "elements that overlap": Refused(".glb", with_stride(3), "overlap: .* byteStride of 3"),

@@ -166,6 +166,14 @@ def test_headers_that_cannot_be(header: str, message: str) -> None:
         decode(ply(header, b"0 0 0\n1 0\n"), PATH)
 
 
+def test_a_comment_before_all_elements_may_lack_its_word() -> None:
+    """Blender 2.47 wrote 'Created by Blender3D 247 - www.blender.org, source file: '."""
+    header = f"Created by a program\nelement vertex 3\n{XYZ}element face 1\n{FACE_LIST}"
+    vertices, faces = decode(ply(header, b"0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), PATH)
+    assert vertices.tolist() == [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]
+    assert faces.tolist() == [[0, 1, 2]]
+
+
 @pytest.mark.parametrize("line", ["format ebcdic 1.0", "format"])
 def test_unknown_encoding(line: str) -> None:
     with pytest.raises(UnreadableMeshError, match="not understood"):

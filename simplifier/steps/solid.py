@@ -172,7 +172,10 @@ def _empty_warning(solid: Solid, options: SolidOptions, overrides: Overrides) ->
     if regions and barred_voxels(solid.filled, regions)[solid.filled.inside].all():
         return "open regions take up all of the mesh, so nothing is left to hide behind"
     if options.shrink == 0.0:
-        return "no voxel lies wholly inside, so the occluder is empty; raise the resolution"
+        return (
+            "no voxel lies wholly inside, so the occluder is empty; raise the resolution or, if the"
+            " mesh encloses nothing, allow some overhang"
+        )
     depth = deepest(solid.touched, solid.filled, _sides_on_ground(options)) * solid.core.cell_size
     smaller = f"choose at most {depth:.3g}" if depth > 0.0 else "leave it out"
     return (

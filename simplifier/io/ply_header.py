@@ -84,9 +84,9 @@ def read_header(data: bytes, where: str) -> PlyHeader:
                 )
             names.add(one.name)
             properties[-1].append(one)
-        elif elements or words[0] in (b"format", b"element", b"property"):
+        elif elements or encoding is None or words[0] in (b"format", b"element", b"property"):
             raise _not_understood(line, where)
-        # Else a comment: Blender 2.47 wrote its own without that word, before the first element.
+        # Else a comment: Blender 2.47 wrote its own without that word, behind the line 'format'.
     if encoding is None:
         raise UnreadableMeshError("the PLY header has no line 'format'", where=where)
     whole = (

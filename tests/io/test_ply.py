@@ -166,7 +166,7 @@ def test_headers_that_cannot_be(header: str, message: str) -> None:
         decode(ply(header, b"0 0 0\n1 0\n"), PATH)
 
 
-def test_a_comment_before_all_elements_may_lack_its_word() -> None:
+def test_a_comment_before_the_elements_may_lack_its_word() -> None:
     """Blender 2.47 wrote 'Created by Blender3D 247 - www.blender.org, source file: '."""
     header = f"Created by a program\nelement vertex 3\n{XYZ}element face 1\n{FACE_LIST}"
     vertices, faces = decode(ply(header, b"0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"), PATH)

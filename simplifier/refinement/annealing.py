@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.overrides import NOTHING
-from simplifier.geometry.room import Room
+from simplifier.geometry.room import EVERYWHERE, Room
 from simplifier.geometry.solid import BoolArray
 from simplifier.kernels.annealing import anneal, take_from
 from simplifier.kernels.overhang import count_beside, widen
@@ -39,6 +39,8 @@ _GLANCE = 16  # views that a move is judged on first; then on four times as many
 _PULLS = 48  # steps, each a sixteenth of the way: a twentieth of the size is left at the end
 _PULL = 1.0 / 16.0
 _SHIFTS = np.array([0.0, 0.5, -0.5, 1.0, -1.0, 1.5, -1.5, 2.0, -2.0])  # voxels, tried in turn
+_SHEET = 1.0  # cells: a slab as thin as that shows nothing but outline on edge
+_FROM_ABOVE = 0.5  # the sine of the angle at which a view looks at the sides of a slab, at least
 _FEW = 50  # triangles up to which a move is as hot; each of more has less to lose
 
 
@@ -67,9 +69,13 @@ class RefineViews:
         """Of a picture of a soup: 64 of its silhouette, and those of what is in front if asked."""
         return 64 + FRONT_ROWS if self.depths.known else 64
 
-    def outline(self) -> float:
+    def outline(self, slab: FloatArray = EVERYWHERE) -> float:
         """Overhang if something stuck out by a unit of space all around: the mean over all views of
-        the outline's length as a share of the silhouette's area.  0 where nothing shows."""
+        the outline's length as a share of the silhouette's area.  0 where nothing shows.
+
+        On edge a sheet is all outline, though what keeps to its ``slab`` cannot stick out across
+        it: then of views from above its sides alone.
+        """
         masks = np.ascontiguousarray(self.originals[:, :, None])
         wide = np.empty_like(masks)
         there, around = np.empty((2, len(masks)), dtype=np.int64)
@@ -77,7 +83,11 @@ class RefineViews:
         count_beside(masks, wide, 0, len(masks), around)
         scale = np.linalg.norm(self.projections[:, 0, :3], axis=1)
         shares = around * scale / np.maximum(there, 1)
-        return float(shares[there > 0].mean()) if there.any() else 0.0
+        told = there > 0
+        if slab[4] - slab[3] < _SHEET:
+            towards = np.cross(self.projections[:, 0, :3], self.projections[:, 1, :3])
+            told &= np.abs(towards @ slab[:3]) > _FROM_ABOVE * np.linalg.norm(towards, axis=1)
+        return float(shares[told].mean()) if told.any() else 0.0
 
     def standing(self) -> Images:
         """(V, rows) the picture of the drawn triangles, which stand in front of nothing."""

@@ -267,7 +267,7 @@ def _views(original: Original, deadline: Deadline, stopped: Stopped | None) -> R
 
 def narrowed_room(room: Room, views: RefineViews, overhang: float, budget: int) -> Room:
     """No more of it than could give so much times the overhang asked for, all around."""
-    reach = _ALL_AROUND * overhang / max(views.outline(), _TINY)
+    reach = _ALL_AROUND * overhang / max(views.outline(room.slab), _TINY)
     return room.within(reach * min(1.0, MANY / budget) ** _EACH)
 
 

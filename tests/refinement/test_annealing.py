@@ -307,6 +307,25 @@ def test_an_outline_tells_how_much_sticks_out_by_a_unit():
     assert RefineViews(views.projections, np.zeros_like(views.originals)).outline() == 0.0
 
 
+def one_view(views, view):
+    return RefineViews(views.projections[view : view + 1], views.originals[view : view + 1])
+
+
+def test_of_a_sheet_views_from_above_its_sides_tell_it():
+    """On edge a flat mesh is all outline, though nothing sticks out across its plane."""
+    views = views_of(ball())
+    shares = [one_view(views, view).outline() for view in range(16)]
+    normal = np.array([0.0, 0.6, 0.8])
+    towards = np.cross(views.projections[:, 0, :3], views.projections[:, 1, :3])
+    sines = np.abs(towards @ normal) / np.linalg.norm(towards, axis=1)
+    from_above = np.array(shares)[sines > 0.5]
+    assert 0 < len(from_above) < 16
+    found = views.outline(np.array([*normal, 11.0, 11.9]))
+    assert found == pytest.approx(from_above.mean())
+    assert found != pytest.approx(views.outline(), rel=1e-6)
+    assert views.outline(np.array([*normal, 11.0, 13.0])) == views.outline()
+
+
 def shown(triangles, views):
     """(16, 64) the silhouettes of a soup."""
     union = np.zeros((16, 64), np.uint64)

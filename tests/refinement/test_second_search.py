@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -93,3 +95,24 @@ def test_what_is_no_better_is_left(seen, monkeypatch):
     swollen = slab(1.2)
     monkeypatch.setattr("simplifier.refinement.second_search.refine", lambda *any_: [swollen])
     assert again([swollen], slab(-0.6), seen) is None
+
+
+@pytest.mark.parametrize(
+    ("recall", "worth", "searched"),
+    [(0.9, 0.77, True), (0.9, 0.79, False), (0.3, 0.22, True), (0.3, 0.24, False),
+     (0.05, 0.028, True), (0.05, 0.032, False), (0.0, 0.0, False)],
+)  # fmt: skip
+def test_of_what_hides_little_fewer_faults_are_worth_another(monkeypatch, recall, worth, searched):
+    """An eighth of recall, or a quarter where that is less: of plates with holes a first search
+    hides a third, and a second one half."""
+    asked = []
+    monkeypatch.setattr(
+        "simplifier.refinement.second_search.refine", lambda *given: asked.append(given) or []
+    )
+    judge = SimpleNamespace(
+        recall=lambda soup: recall, worth=lambda soup: worth,
+        worths=lambda soups: [0.0] * len(soups), best_of=lambda soups: soups[0],
+        views=SimpleNamespace(outlines=None),
+    )  # fmt: skip
+    assert again([slab()], slab(), (None, judge)) is None
+    assert bool(asked) == searched

@@ -17,6 +17,7 @@ import trimesh.creation
 from scipy.spatial.transform import Rotation
 
 from bench.by_budget import Shapes, arguments, run
+from bench.props import extruded
 from bench.quality import RESULTS
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 
@@ -34,15 +35,10 @@ def _around(radius: FloatArray | float) -> shapely.Polygon:
     return shapely.Polygon(np.stack([far * np.cos(_ALL_AROUND), far * np.sin(_ALL_AROUND)], axis=1))
 
 
-def _circles(places: Sequence[tuple[float, float]], radii: Sequence[float]) -> shapely.Geometry:
-    return shapely.union_all(
-        [shapely.Point(*place).buffer(radius) for place, radius in zip(places, radii, strict=True)]
-    )
-
-
 def _perforated() -> shapely.Geometry:
     rows = (-0.25, 0.0, 0.25)
-    return _around(1.0).difference(_circles([(x, y) for x in rows for y in rows], [0.06] * 9))
+    holes = [shapely.Point(x, y).buffer(0.06) for x in rows for y in rows]
+    return _around(1.0).difference(shapely.union_all(holes))
 
 
 def _letter() -> shapely.Geometry:
@@ -64,8 +60,7 @@ OUTLINES: dict[str, Callable[[], shapely.Geometry]] = {
 
 def _of(outline: shapely.Geometry, thick: float) -> TriangleMesh:
     if thick > 0.0:
-        solid = trimesh.creation.extrude_polygon(outline, thick)
-        return TriangleMesh.from_soup(solid.vertices, solid.faces)
+        return extruded(outline, thick)
     points, faces = trimesh.creation.triangulate_polygon(outline)
     return TriangleMesh.from_soup(np.pad(points, ((0, 0), (0, 1))), faces)
 

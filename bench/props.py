@@ -37,30 +37,30 @@ def _circle(x: float, y: float, radius: float) -> shapely.Polygon:
     return shapely.Point(x, y).buffer(radius, quad_segs=12)
 
 
-def _extruded(outline: shapely.Polygon, height: float) -> TriangleMesh:
+def extruded(outline: shapely.Polygon, height: float) -> TriangleMesh:
     return _of(trimesh.creation.extrude_polygon(outline, height))
 
 
 def _plate() -> TriangleMesh:
     holes = [_circle(x, y, 0.12) for x in (0.3, 0.9, 1.5, 2.1, 2.7) for y in (0.3, 0.8, 1.3)]
-    return _extruded(shapely.box(0.0, 0.0, 3.0, 1.6).difference(shapely.union_all(holes)), 0.15)
+    return extruded(shapely.box(0.0, 0.0, 3.0, 1.6).difference(shapely.union_all(holes)), 0.15)
 
 
 def _gear() -> TriangleMesh:
     tooth = shapely.Polygon([(0.8, -0.12), (1.1, -0.06), (1.1, 0.06), (0.8, 0.12)])
     turned = [shapely.affinity.rotate(tooth, 360.0 * i / 20, origin=(0.0, 0.0)) for i in range(20)]
     wheel = shapely.union_all([_circle(0.0, 0.0, 0.9), *turned])
-    return _extruded(wheel.difference(_circle(0.0, 0.0, 0.3)), 0.35)
+    return extruded(wheel.difference(_circle(0.0, 0.0, 0.3)), 0.35)
 
 
 def _bracket() -> TriangleMesh:
     corner = [(0, 0), (2, 0), (2, 0.3), (0.5, 0.3), (0.3, 0.5), (0.3, 2), (0, 2)]
-    return _extruded(shapely.Polygon(corner), 1.0)
+    return extruded(shapely.Polygon(corner), 1.0)
 
 
 def _stairs() -> TriangleMesh:
     steps = [point for i in range(8) for point in ((i, i), (i, i + 1))]
-    return _extruded(shapely.Polygon([*steps, (8, 8), (8, 0)]), 3.0)
+    return extruded(shapely.Polygon([*steps, (8, 8), (8, 0)]), 3.0)
 
 
 def _turned(profile: FloatArray) -> TriangleMesh:

@@ -25,6 +25,11 @@ def moved(mesh, scale=1.0, offset=0.0):
     return TriangleMesh.from_soup(mesh.vertices * scale + offset, mesh.faces)
 
 
+def turned(mesh, turn):
+    """About the origin, by a matrix (3, 3)."""
+    return TriangleMesh.from_soup(mesh.vertices @ turn.T, mesh.faces)
+
+
 def interior_of(touched, filled):
     """What is inside without touching the surface, of two solids of one grid."""
     return filled.with_inside(filled.inside & ~touched.inside)

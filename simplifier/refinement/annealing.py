@@ -26,7 +26,7 @@ from simplifier.kernels.soup_views import (
     remove_useless,
     score_unions,
 )
-from simplifier.refinement.depths import NO_DEPTHS, Depths
+from simplifier.refinement.depths import NO_DEPTHS, Depths, lines_of_sight
 from simplifier.refinement.finalists import precision_and_recall
 
 _STEPS = (6.0 / 64.0, 0.3 / 64.0)  # of the grid that a move spans at first and at last
@@ -85,8 +85,7 @@ class RefineViews:
         shares = around * scale / np.maximum(there, 1)
         told = there > 0
         if slab[4] - slab[3] < _SHEET:
-            towards = np.cross(self.projections[:, 0, :3], self.projections[:, 1, :3])
-            told &= np.abs(towards @ slab[:3]) > _FROM_ABOVE * np.linalg.norm(towards, axis=1)
+            told &= np.abs(lines_of_sight(self.projections) @ slab[:3]) > _FROM_ABOVE
         return float(shares[told].mean()) if told.any() else 0.0
 
     def standing(self) -> Images:

@@ -14,6 +14,12 @@ from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.soup_views import FRONT_ROWS, FRONT_STEP
 
 
+def lines_of_sight(projections: FloatArray) -> FloatArray:
+    """(V, 3) unit vectors along which projections (V, 2, 4) look, either way."""
+    across = np.cross(projections[:, 0, :3], projections[:, 1, :3])
+    return np.asarray(across / np.linalg.norm(across, axis=1, keepdims=True))
+
+
 @dataclass(frozen=True, eq=False)
 class Depths:
     """Depths before which an occluder is in front of the original, by view.
@@ -49,9 +55,8 @@ class Depths:
         ``turned``       whether every other view looks the opposite way: what is in front along a
                          line of sight is not what is in front along its opposite.
         """
-        across = np.cross(projections[:, 0, :3], projections[:, 1, :3])
         away = np.zeros((len(projections), 4))
-        away[:, :3] = across / np.linalg.norm(across, axis=1, keepdims=True)
+        away[:, :3] = lines_of_sight(projections)
         if turned:
             away[::2] *= -1.0
         maps = with_depth(projections * (size / SIZE), away)

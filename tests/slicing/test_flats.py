@@ -14,11 +14,7 @@ from simplifier.geometry.solid import VoxelGrid
 from simplifier.options.stages import SectionOptions
 from simplifier.slicing.flats import directions_of_half, flat_directions
 from simplifier.slicing.planes import plan_sections
-from tests.solids import box, hills, sphere
-
-
-def turned(mesh, rotation):
-    return TriangleMesh.from_soup(mesh.vertices @ rotation.as_matrix().T, mesh.faces)
+from tests.solids import box, hills, sphere, turned
 
 
 def plain_directions(mesh):
@@ -45,7 +41,7 @@ def unlike(found, expected):
 @given(st.integers(0, 10_000))
 def test_a_turned_box_has_the_directions_of_its_sides(seed):
     rotation = Rotation.random(rng=np.random.default_rng(seed))
-    mesh = turned(box((4.0, 3.0, 2.0)), rotation)
+    mesh = turned(box((4.0, 3.0, 2.0)), rotation.as_matrix())
     found, expected = flat_directions(mesh), plain_directions(mesh)
     assert len(found) == len(expected)
     if len(found):
@@ -97,7 +93,8 @@ def test_there_are_eight_at_most_the_largest_first():
 
 
 def test_order_scale_and_threads_do_not_matter(monkeypatch):
-    mesh = turned(box((4.0, 3.0, 2.0)), Rotation.from_euler("xyz", (20, 33, 41), degrees=True))
+    rotation = Rotation.from_euler("xyz", (20, 33, 41), degrees=True)
+    mesh = turned(box((4.0, 3.0, 2.0)), rotation.as_matrix())
     expected = flat_directions(mesh)
     assert len(expected) == 3
     order = np.random.default_rng(0).permutation(len(mesh.faces))
@@ -113,7 +110,8 @@ def test_order_scale_and_threads_do_not_matter(monkeypatch):
 @pytest.mark.parametrize("scale", [1e-75, 1e-70, 1e70, 1e77])
 def test_scales_at_the_ends_of_floats_change_nothing(scale):
     """Squares of areas of 1e77 overflowed, found by a mesh made at random."""
-    mesh = turned(box((1.0, 2.0, 3.0)), Rotation.random(rng=np.random.default_rng(3)))
+    rotation = Rotation.random(rng=np.random.default_rng(3))
+    mesh = turned(box((1.0, 2.0, 3.0)), rotation.as_matrix())
     far = TriangleMesh.from_soup(mesh.vertices * scale, mesh.faces)
     assert np.allclose(flat_directions(far), flat_directions(mesh), atol=1e-6)
 
@@ -131,6 +129,7 @@ def test_sections_are_cut_along_them():
 
 def test_a_slab_that_leans_is_covered_by_two_triangles():
     """Even directions are fifteen degrees from its own: a section across it is a strip."""
-    slab = turned(box((1.0, 20.0, 30.0)), Rotation.from_euler("z", 17.0, degrees=True))
+    rotation = Rotation.from_euler("z", 17.0, degrees=True)
+    slab = turned(box((1.0, 20.0, 30.0)), rotation.as_matrix())
     made = simplifier.simplify(slab, budget=2, preset="draft", moves=0, overhang=1.0)
     assert simplifier.evaluate(slab, made.occluder).recall > 0.8

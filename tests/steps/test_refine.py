@@ -45,11 +45,17 @@ from tests.solids import (
     torus,
     triangles_of,
     truss,
+    turned,
 )
 
 
 def run(mesh, listener=None, **options):
     return simplify_mesh(mesh, make_options(float(mesh.extent.max()), **options), listener)
+
+
+def leave_slabs_out(monkeypatch):
+    """Have thin meshes searched as thick ones are."""
+    monkeypatch.setattr(room_step, "thin_slab", lambda *any_: EVERYWHERE)
 
 
 def check_contained(mesh, result, triangles=None):
@@ -202,7 +208,8 @@ def test_a_draft_of_bars_begins_with_the_mesh_too(monkeypatch):
 
     assert recall() > 0.9
     monkeypatch.setattr(refine_step, "_LITTLE", 0.0)  # no sections are so poor
-    assert recall() < 0.25
+    leave_slabs_out(monkeypatch)
+    assert recall() < 0.2
 
 
 @pytest.mark.parametrize(
@@ -574,7 +581,7 @@ def test_what_sticks_out_at_last_is_cut_back(monkeypatch, mesh):
 def test_what_hides_wrongly_is_cut_back_where_nothing_found_is_worth_anything(monkeypatch):
     """Of a tree with leaves, whatever searches found hid too much wrongly by some seeds, and the
     occluder was empty.  Bars hide little unless searches keep to the slab that they lie in."""
-    monkeypatch.setattr(room_step, "thin_slab", lambda *any_: EVERYWHERE)
+    leave_slabs_out(monkeypatch)
     mesh = truss()
 
     def report():
@@ -821,18 +828,18 @@ def test_more_triangles_of_a_smooth_sheet_hide_no_less():
     assert recalls[2] > recalls[1] - 0.02
 
 
-def plate(turn):
+def plate():
     """A petalled plate of a thirtieth of its width, turned."""
     sheet = flower(200)
     below = sheet.vertices - [0.0, 0.0, 0.08]
     rim = np.arange(200)
     side = np.stack([rim, (rim + 1) % 200, (rim + 1) % 200 + 201, rim + 201], axis=1)
     faces = np.concatenate([sheet.faces, sheet.faces[:, ::-1] + 201, triangles_of(side)[:, ::-1]])
-    points = np.concatenate([sheet.vertices, below])
-    return TriangleMesh.from_soup(turn.apply(points), faces)
+    level = TriangleMesh.from_soup(np.concatenate([sheet.vertices, below]), faces)
+    return turned(level, Rotation.random(random_state=3).as_matrix())
 
 
-FLAT, THICK = flower(), plate(Rotation.random(random_state=3))
+FLAT, THICK = flower(), plate()
 
 
 def on_edge(mesh, preset="balanced"):
@@ -855,7 +862,7 @@ def test_what_is_thin_sticks_out_by_little_on_edge(mesh, preset):
 def test_no_search_sees_what_sticks_out_there(monkeypatch, mesh, most):
     """A flat sign's occluder was a seventieth of its width thick, which on edge was as much again
     as there was to see."""
-    monkeypatch.setattr(room_step, "thin_slab", lambda *any_: EVERYWHERE)
+    leave_slabs_out(monkeypatch)
     assert on_edge(mesh)[1] > most
 
 
@@ -866,5 +873,5 @@ def test_bars_hide_more_where_searches_keep_to_their_slab(monkeypatch):
         return simplifier.evaluate(truss(), run(truss(), budget=32).occluder, views=64).recall
 
     within = recall()
-    monkeypatch.setattr(room_step, "thin_slab", lambda *any_: EVERYWHERE)
+    leave_slabs_out(monkeypatch)
     assert within > 0.5 > 2.0 * recall()

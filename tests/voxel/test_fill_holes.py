@@ -10,11 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.solid import VoxelGrid
 from simplifier.voxel.fill import OPEN_ABOVE, close_holes, fill
 from simplifier.voxel.voxelize import voxelize
-from tests.solids import box, joined
+from tests.solids import box, joined, turned
 
 GROUND = frozenset({(1, 0)})
 RESOLUTION = 40
@@ -44,10 +43,6 @@ def pierced(width, kind, offset=(0.0, 0.0)):
     else:
         lid = [sheet(0, x0, 0, 1), sheet(x1, 1, 0, 1), sheet(x0, x1, 0, z0), sheet(x0, x1, z1, 1)]
     return joined(box(without=[3]), *lid)
-
-
-def turned(mesh, turn):
-    return TriangleMesh.from_soup(mesh.vertices @ turn.T, mesh.faces)
 
 
 def deep(grid, turn, depth):

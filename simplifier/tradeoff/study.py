@@ -46,8 +46,12 @@ class Study:
 
     @property
     def warnings(self) -> list[str]:
-        """What failed, then what the runs warned of."""
-        return words.failure_lines(self.outcomes) + words.warning_lines(self.outcomes)
+        """What failed, what was not run in time, then what the runs warned of."""
+        return [
+            *words.failure_lines(self.outcomes),
+            *words.left_lines(self.outcomes, self.options),
+            *words.warning_lines(self.outcomes),
+        ]
 
     @property
     def rows(self) -> list[dict[str, Any]]:

@@ -165,11 +165,15 @@ def sweep(
     overrides_of: OverridesOf = lambda path: NO_OVERRIDES,
     keeper: Keeper | None = None,
 ) -> Iterator[Trial]:
-    """Run every setting on every mesh, as results come; what fails is a result too."""
+    """Run every setting on every mesh, as results come; what fails is a result too.
+
+    Of the time that ``options.within`` leaves, each mesh has an equal part.
+    """
     before = 0
-    for name, path in mesh_names(paths).items():
-        told = _tell_from(before, tell)
-        yield from _mesh_trials(name, path, options, told, overrides_of, keeper)
+    whole, names = Deadline.after(options.within), mesh_names(paths)
+    for number, (name, path) in enumerate(names.items()):
+        told, deadline = _tell_from(before, tell), whole.part(1.0 / (len(names) - number))
+        yield from _mesh_trials(name, path, options, told, overrides_of, keeper, deadline)
         before += len(settings_of(options)) * options.repeats
     tell(before, "writing")
 
@@ -213,7 +217,7 @@ def _outcome(runs: list[Trial]) -> Outcome:
 
 def _mesh_trials(
     name: str, path: Path, options: TradeoffOptions, tell: TellStep, overrides_of: OverridesOf,
-    keeper: Keeper | None,
+    keeper: Keeper | None, deadline: Deadline,
 ) -> Iterator[Trial]:  # fmt: skip
     tell(0, name)
     try:
@@ -229,7 +233,9 @@ def _mesh_trials(
         return
     if overrides != NO_OVERRIDES:
         keeper = None  # it tells meshes apart, not what was drawn by hand
-    yield from mesh_trials(name, mesh, options, tell, overrides=overrides, keeper=keeper)
+    yield from mesh_trials(
+        name, mesh, options, tell, overrides=overrides, keeper=keeper, deadline=deadline
+    )
 
 
 def mesh_trials(
@@ -240,17 +246,20 @@ def mesh_trials(
     cancel: Cancel | None = None,
     overrides: Overrides = NO_OVERRIDES,
     keeper: Keeper | None = None,
+    deadline: Deadline | None = None,
 ) -> Iterator[Trial]:
     """Run every setting on one mesh, which was loaded with what ``overrides`` ignore, as results
     come.
 
-    Ends soon once ``cancel`` is set or ``options.within`` is over; the run that it ends is no
-    trial.  The first run is made in any case.  What ``keeper`` knows is not run again.
+    Ends soon once ``cancel`` is set or ``deadline`` is up (None: that of ``options.within``, from
+    now); the run that it ends is no trial.  The first run is made in any case.  What ``keeper``
+    knows is not run again.
     """
     run = _Run(name, mesh, overrides, options, _Judge(mesh, options.seed))
     failed: set[Setting] = set()
     done = 0
-    deadline = Deadline.after(options.within)
+    if deadline is None:
+        deadline = Deadline.after(options.within)
     for number, setting in product(range(options.repeats), settings_of(options)):
         if done and deadline.is_up:
             return

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import statistics
+from collections import Counter
 from collections.abc import Sequence
 
+from simplifier.options.tradeoff import TradeoffOptions
 from simplifier.tradeoff.advice import (
     FEWEST_CASES,
     STEP,
@@ -14,8 +16,8 @@ from simplifier.tradeoff.advice import (
     Step,
 )
 from simplifier.tradeoff.cases import Judged
-from simplifier.tradeoff.sweep import Outcome
-from simplifier.wording import count, exact_percent, median_points, points
+from simplifier.tradeoff.sweep import Outcome, settings_of
+from simplifier.wording import count, exact_percent, median_points, points, short_seconds
 
 
 def advice_lines(advice: Advice) -> list[str]:
@@ -59,6 +61,20 @@ def _few(pays: Sequence[Pay]) -> list[str]:
 def failure_lines(found: Sequence[Outcome]) -> list[str]:
     """What has no result, and why."""
     return [f"{_place(o)}: {o.trial.failure}" for o in found if o.trial.failure]
+
+
+def left_lines(found: Sequence[Outcome], options: TradeoffOptions) -> list[str]:
+    """How many settings of a mesh the sweep had no time for."""
+    if options.within is None:
+        return []
+    planned = len(settings_of(options))
+    run = Counter(outcome.trial.mesh for outcome in found if outcome.trial.setting is not None)
+    return [
+        f"{mesh}: there was no time for {planned - done:,} of {count(planned, 'setting')}; allow "
+        f"more than {short_seconds(options.within)}"
+        for mesh, done in run.items()
+        if done < planned
+    ]
 
 
 def warning_lines(found: Sequence[Outcome]) -> list[str]:

@@ -114,6 +114,28 @@ def test_overhang_and_a_verdict_can_be_required(folder, here):
     assert " is above 0.01 %\n" in again.stderr
 
 
+def test_lost_recall_is_refused_against_a_revision_and_a_record(folder, here):
+    def git(*arguments):
+        subprocess.run(
+            ["git", "-c", "user.name=x", "-c", "user.email=x@y", *arguments], cwd=folder, check=True
+        )
+
+    assert here("build", cwd=folder).returncode == 0
+    git("init", "-q")
+    git("add", ".")
+    git("commit", "-q", "-m", "occluders")
+    (folder / "before.lock").write_bytes((folder / "occluders.lock").read_bytes())
+    assert here("build", "--check", "--against", "HEAD", cwd=folder).returncode == 0
+    (folder / "occluders.toml").write_text(QUICK + "budget = 2\n")
+    assert here("build", cwd=folder).returncode == 0  # nothing requires more
+    for before in ("HEAD", "before.lock"):
+        done = here("build", "--check", "--against", before, cwd=folder)
+        assert done.returncode == 1
+        assert "error: props/torus.ply: recall " in done.stderr
+    git("commit", "-q", "-a", "-m", "fewer triangles")
+    assert here("build", "--check", "--against", "HEAD", cwd=folder).returncode == 0
+
+
 def test_a_check_loads_nothing_that_makes_occluders(folder, here):
     assert here("build", cwd=folder).returncode == 0
     code = (

@@ -26,7 +26,7 @@ from tests.acceptance.command import (
     read_all,
 )
 from tests.schema import check_report
-from tests.solids import blob, box, joined
+from tests.solids import blob, box, joined, torus
 
 QUICK = ("--resolution", "12", "--preset", "draft", "--moves", "100")
 FEW_VIEWS = ("--views", "4", "--image", "32", "--quads", "50")
@@ -586,6 +586,24 @@ def test_viewers_above(command, tmp_path):
     assert judged["by_view"] == made["by_view"]
     assert judged["solid"] == made["solid"]
     assert judged["deviation"] == pytest.approx(made["deviation"], abs=1e-6)
+
+
+def test_less_in_front(command, tmp_path):
+    """Sixteen triangles would close the hole of a torus in plain sight of who looks along it."""
+    solid = torus()
+    simplifier.save(simplifier.Occluder(solid.vertices, solid.faces), tmp_path / "torus.ply")
+    shares = []
+    for front in ("1", "0.01"):
+        status, *_ = command(
+            "simplify", tmp_path / "torus.ply", "-o", tmp_path / "o.glb", "--preset", "draft",
+            "--budget", "16", "--resolution", "24", "--moves", "3000", "--overhang", "0.05",
+            "--front", front, "--report", tmp_path / "r.json",
+        )  # fmt: skip
+        assert status in (0, 3)
+        report = json.loads((tmp_path / "r.json").read_text())
+        assert report["options"]["refine"]["front"] == float(front)
+        shares.append(report["front"]["share"])
+    assert shares[1] < 0.7 * shares[0]
 
 
 def test_a_smallest_hole(command, tmp_path):

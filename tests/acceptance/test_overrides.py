@@ -9,7 +9,7 @@ import pytest
 
 import simplifier
 from tests.acceptance.command import occluder
-from tests.io.builders import GltfBuilder
+from tests.io.builders import cubes
 from tests.schema import check_report
 from tests.solids import as_occluder, box, joined
 
@@ -17,6 +17,7 @@ QUICK = (
     "--resolution", "12", "--preset", "draft", "--moves", "100", "--views", "4", "--image", "32",
     "--quads", "50", "--budget", "20",
 )  # fmt: skip
+WALL, GLASS, VINES = {"name": "wall"}, {"name": "glass", "alphaMode": "BLEND"}, {"name": "vines"}
 OVERRIDES = """\
 [[box]]
 name = "pillar"
@@ -33,34 +34,9 @@ materials = ["vine*"]
 """
 
 
-def cubes(*materials):
-    """A cube a material, side by side along x."""
-    builder = GltfBuilder()
-    builder.root["materials"] = [
-        {"name": "wall"},
-        {"name": "glass", "alphaMode": "BLEND"},
-        {"name": "vines"},
-    ]
-    solid = box()
-    primitives = [
-        {
-            "attributes": {
-                "POSITION": builder.accessor(
-                    solid.vertices + np.array([3.0 * x, 0, 0]), "VEC3", "f4"
-                )
-            },
-            "indices": builder.accessor(solid.faces.ravel(), "SCALAR", "u2"),
-            "material": material,
-        }
-        for x, material in enumerate(materials)
-    ]
-    builder.node(mesh=builder.primitives(*primitives))
-    return builder.glb()
-
-
 @pytest.fixture
 def place(tmp_path):
-    (tmp_path / "castle.glb").write_bytes(cubes(0, 1, 2))
+    (tmp_path / "castle.glb").write_bytes(cubes(WALL, GLASS, VINES))
     (tmp_path / "castle.overrides.toml").write_text(OVERRIDES)
     return tmp_path
 
@@ -180,7 +156,7 @@ def test_a_file_and_none_cannot_both_be_asked_for(place, command):
 
 
 def test_scenes_leave_out_what_one_can_see_through(place, command):
-    (place / "castle.glb").write_bytes(cubes(1))
+    (place / "castle.glb").write_bytes(cubes(GLASS))
     for verb in (("scene", place / "castle.glb"), ("path", place / "castle.glb")):
         code, _, errors = command(*verb, "-o", place / "built.json")
         assert code == 1

@@ -167,6 +167,20 @@ def test_a_leak_is_told_and_ends_with_1(command, town, cells, tmp_path):
     assert "seen by line from" in errors
 
 
+def test_a_cell_within_a_building_is_refused_or_skipped(command, town, cells, tmp_path):
+    file, some = tmp_path / "town.pvs", json.loads(cells.read_text())["cells"][:1]
+    middle = generated_city(3).bounds()[5].mean(axis=0)
+    some.append({"low": (middle - 0.2).tolist(), "high": (middle + 0.2).tolist()})
+    (tmp_path / "some.json").write_text(json.dumps({"cells": some}))
+    asked = ("pvs", town, "-o", file, "--up", "z", "--cells", tmp_path / "some.json")
+    status, _, errors = command(*asked)
+    assert status == 2
+    assert "cell 1 lies wholly within " in errors
+    assert "--skip-buried" in errors
+    assert command(*asked, "--skip-buried")[0] == 0
+    assert len(simplifier.load_pvs(file).cells) == 1
+
+
 @pytest.mark.parametrize(
     ("arguments", "status", "words"),
     [

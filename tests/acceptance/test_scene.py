@@ -219,6 +219,14 @@ def test_a_scene_without_objects_leaves_nothing(here, tmp_path):
     assert not (tmp_path / "out").exists()
 
 
+def test_an_overhang_is_understood(here, tmp_path):
+    write_scene(village(3), tmp_path / "scene.glb")
+    for share in ("0.2", "0"):
+        assert built(here, tmp_path, "--overhang", share).returncode == 0
+        document = json.loads((tmp_path / "out" / "scene.json").read_text())
+        assert document["options"]["overhang"] == float(share)
+
+
 @pytest.mark.parametrize(
     ("more", "name"),
     [

@@ -164,6 +164,52 @@ def test_submit_writes_occluders_and_prints_figures(server, command, tmp_path):
     assert len(simplifier.load_lods(tmp_path / "box_occluder.glb").levels) >= 1
 
 
+SENT = (
+    {
+        "budget": 24, "resolution": 12, "lods": 2, "pixel_error": 2.0, "screen_height": 720,
+        "fov": 70.0, "up": "z", "ground": True, "viewers": "above", "transparent": "keep",
+        "smallest_hole": 0.1, "trim": "area", "alpha": 0.01,
+        "preset": "draft", "min_precision": 0.9, "moves": 10, "seed": 3, "views": 4, "image": 32,
+        "quads": 64, "memory_limit": 1.5,
+    },
+    {
+        "error_share": 0.1, "viewers": "inside", "eye_height": 0.2, "fill": "flood",
+        "conservative": True, "shrink": 0.01, "overhang": 0.1, "front": 0.2, "time_limit": 1.0,
+        "exact": True,
+    },
+    {"error_bound": 0.2},
+    {"error_bounds": [0.1, 0.2]},
+)  # fmt: skip
+"""Options, none at its default: all that a service lets its callers choose, for four jobs."""
+
+
+def test_submit_sends_every_option(lightly, tmp_path):
+    of_server = {"slicer", "device"}
+    assert {name for one in SENT for name in one} == {
+        field.name for field in simplifier.SimplifyOptions.fields()
+    } - of_server
+    (tmp_path / "box.obj").write_bytes(BOX)
+    with running(data=tmp_path / "data", **lightly) as server, Client(server.address) as client:
+        for options in SENT:
+            done = occluder(
+                "submit", "box.obj", "--server", server.address, "--format", "obj",
+                "--at-once", "1", *_as_arguments(options),
+                cwd=tmp_path, PYTHONPATH=lightly["declared"],
+            )  # fmt: skip
+            assert done.returncode == 0, done.stderr
+            last = next(client.jobs())
+            assert {name: last.options[name] for name in options} == options
+
+
+def _as_arguments(options):
+    for name, value in options.items():
+        yield f"--{name.replace('_', '-')}"
+        if isinstance(value, list):
+            yield ",".join(map(str, value))
+        elif value is not True:
+            yield str(value)
+
+
 def test_every_format_comes_as_it_is_asked_for(client, tmp_path):
     job = client.wait(client.submit(BOX, name="box.obj", options={"preset": "draft"}).id)
     assert job.state is JobState.SUCCEEDED, job.failure

@@ -14,6 +14,7 @@ import pytest
 import simplifier
 from simplifier.tradeoff.table import COLUMNS
 from tests.acceptance.command import OCCLUDER, environment, occluder, read_all, read_until
+from tests.io.builders import cubes
 from tests.solids import box, joined
 
 JOURNAL = "tradeoff.journal"
@@ -72,6 +73,40 @@ def test_a_sweep_with_a_mesh_that_fails_and_a_hostile_name(folder, tmp_path):
     assert ">Overhang</th>" in page
     assert "&lt;script&gt;$(id)" in page
     assert (out / "tradeoff.png").read_bytes()[:4] == b"\x89PNG"
+
+
+def test_every_combination_and_a_sweep_without_time_for_it(command, folder, tmp_path):
+    mesh, several = folder / "boxes.ply", ("--resolutions", "8,10", "--directions", "4,6")
+    asked = (*several, "--times", "0.05", "--budgets", "24", "--repeats", "1", "--full")
+    status, _, errors = command("tradeoff", mesh, "-o", tmp_path, *asked)
+    assert (status, errors) == (0, "")
+    combined = [row["setting"] for row in rows(tmp_path) if "+" in row["setting"]]
+    assert combined == [f"resolution {fine} + {bins} directions + time 0.05 s"
+                        for fine in (8, 10) for bins in (4, 6)]  # fmt: skip
+    status, _, errors = command("tradeoff", mesh, "-o", tmp_path, *asked, "--within", "1e-6")
+    assert status == 0
+    assert errors == (
+        "warning: boxes.ply: there was no time for 11 of 12 settings; allow more than 0 ms\n"
+    )
+    assert [row["setting"] for row in rows(tmp_path)] == ["draft"]
+
+
+@pytest.mark.parametrize(("asked", "triangles"), [((), "12"), (("--transparent", "keep"), "24")])
+def test_what_is_see_through_counts_where_it_is_kept(command, tmp_path, asked, triangles):
+    (tmp_path / "shop.glb").write_bytes(cubes({}, {"alphaMode": "BLEND"}))
+    given = (*SMALL, "--budgets", "24", "--repeats", "1")
+    status, _, _ = command("tradeoff", tmp_path / "shop.glb", "-o", tmp_path, *given, *asked)
+    assert status == 0
+    assert {row["triangles"] for row in rows(tmp_path)} == {triangles}
+
+
+def test_a_memory_limit_is_kept_by_every_run(command, folder, tmp_path):
+    asked = (*SMALL, "--repeats", "1", "--memory-limit", "0.001")
+    status, _, errors = command("tradeoff", folder / "boxes.ply", "-o", tmp_path, *asked)
+    assert status == 1
+    assert "memory" in errors
+    assert {row["standing"] for row in rows(tmp_path)} == {"failed"}
+    assert all("memory" in row["reason"] for row in rows(tmp_path))
 
 
 def test_all_fail(command, folder, tmp_path):

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import os
+import re
 import shutil
 import signal
 import subprocess
 import threading
+from contextlib import contextmanager
 
 import pytest
 
 import simplifier
 from tests import solids
-from tests.acceptance.command import OCCLUDER, environment
+from tests.acceptance.command import OCCLUDER, ROOT, environment, occluder
+from tests.service.declared import declare
+from tests.service.real import running
 from tests.waiting import until
 
 MANIFEST = """
@@ -29,11 +34,22 @@ files = "props/*.ply"
 @pytest.fixture
 def watching(tmp_path):
     """The process and the lines of its standard output and error, of a folder with one mesh."""
-    (tmp_path / "props").mkdir()
-    (tmp_path / "occluders.toml").write_text(MANIFEST)
-    save(solids.box(), tmp_path / "props/box.ply")
+    fill(tmp_path)
+    with watch(tmp_path) as (process, lines):
+        yield process, lines
+
+
+def fill(folder):
+    (folder / "props").mkdir()
+    (folder / "occluders.toml").write_text(MANIFEST)
+    save(solids.box(), folder / "props/box.ply")
+
+
+@contextmanager
+def watch(folder, *arguments, **variables):
     with subprocess.Popen(
-        [*OCCLUDER, "watch"], cwd=tmp_path, env=environment(PYTHONUNBUFFERED="1"), text=True,
+        [*OCCLUDER, "watch", *arguments], cwd=folder, text=True,
+        env=environment(PYTHONUNBUFFERED="1", **variables),
         stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
     ) as process:  # fmt: skip
         lines = []
@@ -79,3 +95,32 @@ def test_it_builds_what_changes_until_ctrl_c(watching, tmp_path):
     assert process.wait(60) == 0
     assert not any("Traceback" in line for line in lines)
     assert not list(tmp_path.rglob("*.tmp"))
+
+
+@pytest.mark.slow
+def test_a_service_that_wants_a_key_makes_what_changes(tmp_path):
+    """Quietly, one asset at a time; ``occluder build`` takes the same key."""
+    declared = os.pathsep.join([str(declare(tmp_path / "declared")), str(ROOT)])
+    data, folder = tmp_path / "data", tmp_path / "folder"
+    folder.mkdir()
+    fill(folder)
+    made = occluder(
+        "keys", "create", "--name", "test", "--scope", "write",
+        OCCLUDER_DATA=str(data), PYTHONPATH=declared,
+    )  # fmt: skip
+    [key] = re.findall(r"occ_[\w-]{40,}", made.stdout)
+    with running(declared, data, OCCLUDER_REQUIRE_KEYS="true") as server:
+        asked = ("--server", server.address, "--at-once", "1")
+        done = occluder("build", *asked, "--key", key[:-1], cwd=folder, PYTHONPATH=declared)
+        assert done.returncode == 1
+        assert "error: props/box.ply: failed: " in done.stderr
+        with watch(folder, *asked, "--key", key, "--quiet", PYTHONPATH=declared) as (process, said):
+            until((folder / "props/box_occluder.glb").is_file, 120.0)
+            save(solids.torus(), folder / "props/torus.ply")
+            until((folder / "props/torus_occluder.glb").is_file, 120.0)
+            process.send_signal(signal.SIGINT)
+            assert process.wait(60) == 0
+        assert not [line for line in said if not line.startswith("warning: ")]
+        done = occluder("build", *asked, "--key", key, cwd=folder, PYTHONPATH=declared)
+        assert done.returncode == 0
+        assert "2 assets: 2 current" in done.stdout

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from simplifier.geometry.occluder import Occluder
+from tests.solids import box
 
 TETRAHEDRON_POINTS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
 TETRAHEDRON_FACES = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
@@ -292,3 +293,23 @@ def valid_files() -> dict[str, tuple[str, bytes]]:
         "3mf": (".3mf", tetrahedron_3mf()),
         "dae": (".dae", tetrahedron_dae()),
     }
+
+
+def cubes(*materials):
+    """A scene of a unit cube for each glTF material, side by side along x: a glb's bytes."""
+    builder, solid = GltfBuilder(), box()
+    builder.root["materials"] = list(materials)
+    primitives = [
+        {
+            "attributes": {
+                "POSITION": builder.accessor(
+                    solid.vertices + np.array([3.0 * number, 0, 0]), "VEC3", "f4"
+                )
+            },
+            "indices": builder.accessor(solid.faces.ravel(), "SCALAR", "u2"),
+            "material": number,
+        }
+        for number in range(len(materials))
+    ]
+    builder.node(mesh=builder.primitives(*primitives))
+    return builder.glb()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,7 +15,9 @@ import simplifier
 from simplifier.errors import OptionError
 from simplifier.geometry.occluder import Occluder
 from simplifier.options.tradeoff import TradeoffOptions
+from simplifier.progress import Deadline
 from simplifier.tradeoff import sweep as tradeoff
+from simplifier.tradeoff.study import study_of
 from simplifier.tradeoff.sweep import (
     Outcome,
     Setting,
@@ -210,3 +213,26 @@ def test_a_sweep_ends_within_its_time(mesh_file, quick, monkeypatch):
     trials = list(sweep([mesh_file], options))
     assert [one.setting for one in trials] == settings_of(options)[:1]  # the first in any case
     assert not trials[0].failure
+    left = len(settings_of(options)) - 1
+    told = f"{mesh_file.name}: there was no time for {left} of {left + 1} settings; allow more than"
+    assert any(line.startswith(told) for line in study_of(trials, options, 0.9).warnings)
+    whole = list(sweep([mesh_file], SMALL))
+    assert not any("no time" in line for line in study_of(whole, SMALL, 0.9).warnings)
+
+
+def test_each_mesh_has_an_equal_part_of_the_time(mesh_file, quick, monkeypatch):
+    """Each run takes a second.  A mesh that cannot be read leaves its part to the others."""
+    now, quick_run = [0.0], tradeoff.simplify_mesh
+
+    def timed(*given, **named):
+        now[0] += 1.0
+        return quick_run(*given, **named)
+
+    monkeypatch.setattr(tradeoff, "simplify_mesh", timed)
+    clock = SimpleNamespace(after=lambda seconds: Deadline.after(seconds, lambda: now[0]))
+    monkeypatch.setattr(tradeoff, "Deadline", clock)
+    files = [mesh_file.with_name(f"{name}.ply") for name in ("damaged", "one", "other")]
+    for file in files[1:]:
+        file.write_bytes(mesh_file.read_bytes())
+    trials = list(sweep(files, replace(SMALL, repeats=50, within=12.0)))
+    assert Counter(one.mesh for one in trials) == {"damaged.ply": 1, "one.ply": 6, "other.ply": 6}

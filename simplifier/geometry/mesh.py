@@ -163,6 +163,7 @@ class TriangleMesh:
                   the input and no stage relies on it.
     ``dropped``   what :meth:`from_soup` left out.
     ``omitted``   what was not taken of a file.
+    ``objects``   how many objects of a scene's file it is made of; 1 where the format has none.
 
     Build one with :meth:`from_soup`; the plain constructor trusts what its arrays hold.
     """
@@ -171,6 +172,7 @@ class TriangleMesh:
     faces: IntArray
     dropped: DroppedTriangles = field(default_factory=DroppedTriangles)
     omitted: tuple[Omitted, ...] = ()
+    objects: int = 1
 
     def __post_init__(self) -> None:
         check_arrays(self.vertices, self.faces, "build the mesh by TriangleMesh.from_soup")

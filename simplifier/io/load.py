@@ -68,8 +68,9 @@ def load(
     check_kind("ignore", ignore, Ignore, "the ignore of what simplifier.load_overrides returns")
     if transparent == "keep":
         ignore = replace(ignore, see_through=False)
-    vertices, faces, omitted = _sieve_file(path, allow_external, memory_limit, ignore)
-    return replace(TriangleMesh.from_soup(vertices, faces, where=str(path)), omitted=omitted)
+    vertices, faces, omitted, objects = _sieve_file(path, allow_external, memory_limit, ignore)
+    mesh = TriangleMesh.from_soup(vertices, faces, where=str(path))
+    return replace(mesh, omitted=omitted, objects=objects)
 
 
 def claim_of(path: Path) -> Claim:
@@ -154,10 +155,13 @@ def load_lods(path: str | Path) -> LodChain:
 
 def _sieve_file(
     path: Path, allow_external: bool, memory_limit: float | None, ignore: Ignore
-) -> tuple[FloatArray, IndexArray, tuple[Omitted, ...]]:
-    """The triangles of a file as it states them, less some; its bytes are gone by then."""
+) -> tuple[FloatArray, IndexArray, tuple[Omitted, ...], int]:
+    """The triangles of a file as it states them, less some, and of how many objects they are; its
+    bytes are gone by then."""
     codec, data = _open(path, allow_external, memory_limit)
-    return sieve(_decode_labelled(codec, data, path, allow_external), ignore, str(path))
+    found = _decode_labelled(codec, data, path, allow_external)
+    objects = len({label.objects for label in found.labels}) if codec.objects else 1
+    return *sieve(found, ignore, str(path)), objects
 
 
 def _decode_labelled(codec: Codec, data: bytes, path: Path, allow_external: bool) -> Labelled:

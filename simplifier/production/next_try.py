@@ -22,19 +22,30 @@ NAMES: Names = ("MESH", "OCCLUDER")
 
 _LARGEST_IMAGE = 4096
 _FINER = 4  # times as many pixels across
+_BOX = 12  # triangles
+_OF_SCENE = ("up", "ground", "transparent", "smallest_hole")
+"""Options that say what is there, of a mesh as of a scene."""
+
 _DEFAULTS = {one.name: one.default for one in SimplifyOptions.fields()}
 
 
 def next_simplify(
-    options: SimplifyOptions, verdict: EngineVerdict, names: Names = NAMES
+    options: SimplifyOptions, verdict: EngineVerdict, names: Names = NAMES, objects: int = 1
 ) -> str | None:
-    """What to run after ``occluder simplify``; None where there is nothing to better, or no way."""
+    """What to run after ``occluder simplify``; None where there is nothing to better, or no way.
+
+    ``objects``  how many objects of a scene's file the mesh is made of.
+    """
     if verdict.is_good:
         return None
-    changes = _changes(options, verdict.faults[0].figure)
+    fault, (mesh, occluder) = verdict.faults[0], names
+    if fault.figure == "recall" and fault.word == "unusable" and objects > _most_objects(options):
+        place = str(Path(occluder).with_suffix(""))
+        same = {name: value for name, value in _given(options).items() if name in _OF_SCENE}
+        return shlex.join(["occluder", "scene", mesh, "-o", place, *_typed(same)])
+    changes = _changes(options, fault.figure)
     if all(getattr(options, name) == value for name, value in changes.items()):
         return None
-    mesh, occluder = names
     words = ["occluder", "simplify", mesh, "-o", occluder]
     return shlex.join([*words, *_typed({**_given(options), **changes})])
 
@@ -81,6 +92,11 @@ def _changes(options: SimplifyOptions, figure: Figure) -> Mapping[str, Any]:
         return {"conservative": True}
     budget = min(2 * options.budget, MOST_TRIANGLES)
     return {"preset": "best", "moves": None, "time_limit": None, "budget": budget}
+
+
+def _most_objects(options: SimplifyOptions) -> int:
+    """Where there are more, twice the budget has no box for each of them."""
+    return 2 * options.budget // _BOX
 
 
 def _finer(image: int) -> int:

@@ -236,7 +236,8 @@ class MeasuredResult:
         ``files``  what :meth:`save` returned; None where nothing was saved.
         ``names``  of mesh and occluder in the command to try next.
         """
-        commands = [next_simplify(self.result.options, one, names) for one in self.verdicts]
+        options, objects = self.result.options, self.mesh.objects
+        commands = [next_simplify(options, one, names, objects) for one in self.verdicts]
         rows = [verdict_row(*one) for one in zip(self.verdicts, commands, strict=True)]
         levels = level_rows(self.chain, self.accuracies, self.overhangs, rows, files)
         return build_report(

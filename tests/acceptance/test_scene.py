@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import pty
+import shlex
 import signal
 import subprocess
 from pathlib import Path
@@ -217,6 +218,17 @@ def test_a_scene_without_objects_leaves_nothing(here, tmp_path):
     assert done.returncode == 1
     assert done.stderr.count("\n") == 1
     assert not (tmp_path / "out").exists()
+
+
+def test_who_simplifies_a_scene_as_one_mesh_is_shown_the_way(here, tmp_path):
+    """Two triangles cannot hide 24 houses."""
+    write_scene(village(), tmp_path / "scene.glb")
+    made = ("simplify", tmp_path / "scene.glb", "-o", tmp_path / "out.glb", "--budget", "2")
+    done = here(*made, "--preset", "draft", "--resolution", "16", "--views", "8", "--image", "64")
+    assert simplifier.load(tmp_path / "scene.glb").objects == 24
+    tried = next(line for line in done.stderr.splitlines() if line.startswith("try: "))
+    assert tried == f"try: occluder scene {tmp_path / 'scene.glb'} -o {tmp_path / 'out'}"
+    assert here(*shlex.split(tried)[2:], *QUICK).returncode == 0
 
 
 def test_an_overhang_is_understood(here, tmp_path):

@@ -51,6 +51,21 @@ def test_there_is_nothing_to_try_where_it_is_good_or_all_was_tried():
     assert next_evaluate(EvaluateOptions(image=4096), THIN) is None
 
 
+@pytest.mark.parametrize(
+    ("chosen", "objects", "words"),
+    [
+        ({"ground": True, "up": "z", "seed": 3}, 11, "scene MESH -o OCCLUDER --up z --ground"),
+        ({}, 10, "simplify MESH -o OCCLUDER --preset best --budget 128"),
+        ({"budget": 100}, 16, "simplify MESH -o OCCLUDER --budget 200 --preset best"),
+    ],
+)
+def test_what_has_more_objects_than_boxes_is_a_scene(chosen, objects, words):
+    nothing = verdict_on(VerdictFigures(**{**GOOD, "triangles": 0, "recall": 0.0}))
+    options = SimplifyOptions(**chosen)
+    assert next_simplify(options, nothing, objects=objects) == f"occluder {words}"
+    assert next_simplify(options, LITTLE, objects=objects).startswith("occluder simplify")
+
+
 def test_names_with_spaces_are_quoted():
     command = next_simplify(SimplifyOptions(), LITTLE, ("my castle.glb", "out.glb"))
     assert command is not None

@@ -46,6 +46,8 @@ _ROUNDS = 20  # how often the searches compare their precision and score, at mos
 _ROUND_SECONDS = 0.02  # that a time limit has to leave for each of them
 _LAST_EXCHANGE = 0.85  # share of the search until which all take from each other, round by round
 _FEW = 64  # triangles that any start is filled up to
+_LONG = 2_200  # moves a triangle, of which a search that has more begins hotter
+_HOTTER = 0.8  # by this power of how many times as many it has
 
 Stop = Callable[[float, float, Callable[[], FloatArray]], bool]
 """Told the share of the search that is done, the best score yet as a share of what the original
@@ -83,7 +85,8 @@ def refine(
     else:
         most = min(max(int(deadline.left / _ROUND_SECONDS), 1), _ROUNDS)
     bargain = Bargain(options, views, outlines, room, pace)
-    searches = _begin_searches(soups, options.searches, room, views, bargain.prices, seed)
+    heat = _first_heat(options, len(soups[0]), deadline)
+    searches = _begin_searches(soups, options.searches, room, views, bargain.prices, seed, heat)
     slices = _by_moves(options) if deadline is None else _by_time(deadline.rest())
     rounds = 1
     for moves, shares in slices:
@@ -118,10 +121,9 @@ def _begin_searches(
     views: RefineViews,
     prices: Prices,
     seed: int,
+    heat: float,
 ) -> list[Annealing]:
     """As many searches: of the first soup, then of the others by score, and again."""
-
-    heat = TOGETHER if count > 1 else ALONE
 
     def search(begin: tuple[FloatArray, int]) -> Annealing:
         soup, index = begin
@@ -132,6 +134,17 @@ def _begin_searches(
     best_first = sorted(range(len(others)), key=lambda one: -scores[one])
     ranked = [soups[0], *(others[one] for one in best_first)]
     return run_each(search, [(ranked[index % len(ranked)], index) for index in range(count)])
+
+
+def _first_heat(options: RefineOptions, triangles: int, deadline: Deadline | None) -> float:
+    """Searches that exchange and have many moves a triangle cool from higher up, for each of which
+    there is time to find its place again."""
+    if options.searches == 1:
+        return ALONE
+    if deadline is not None:  # how many moves that leaves is not known yet
+        return TOGETHER
+    long = options.moves / (_LONG * triangles)
+    return float(TOGETHER * max(long, 1.0) ** _HOTTER)
 
 
 def _confer(searches: list[Annealing], bargain: Bargain, share: float) -> None:

@@ -154,5 +154,7 @@ def test_ctrl_c_keeps_what_was_measured(town, tmp_path):
     made = json.loads((tmp_path / "out" / "cull.json").read_text())
     assert 3 <= made["frames_measured"] < made["path"]["frames"] == 9000
     assert f"{made['frames_measured']:,} of 9,000 of path 'long'" in output
-    assert f"warning: interrupted after {made['frames_measured']:,} of 9,000 frames" in shown.decode()
+    assert (
+        f"warning: interrupted after {made['frames_measured']:,} of 9,000 frames" in shown.decode()
+    )
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES

@@ -83,6 +83,36 @@ def test_what_is_left_of_the_budget_is_used():
     assert score(large, views) > 1.2 * score(small, views)
 
 
+@pytest.mark.parametrize(
+    ("moves", "searches", "seconds", "times"),
+    [
+        (13_200, 2, None, 1.0),
+        (26_400, 2, None, 2.0**0.8),
+        (26_400, 2, 0.01, 1.0),  # by moves that are never made
+        (132_000, 1, None, 5.0 / 7.0),  # alone
+    ],
+)
+def test_searches_with_many_moves_a_triangle_begin_hotter(
+    monkeypatch, moves, searches, seconds, times
+):
+    heats = []
+
+    def begun(*given):
+        heats.append(given[-1])
+        return Annealing(*given)
+
+    begun.result = Annealing.result
+    monkeypatch.setattr("simplifier.refinement.search.Annealing", begun)
+    allowed = ball()
+    deadline = None if seconds is None else Deadline.after(seconds)
+    options = RefineOptions(moves=moves, searches=searches, precision=0.0, overhang=1.0)
+    refine(
+        [crossed_quads()], Room.of(allowed), views_of(allowed), 6, options, 0,
+        stop=lambda *now: True, deadline=deadline,
+    )  # fmt: skip
+    assert heats == [pytest.approx(7e-4 * times)] * searches
+
+
 def test_a_start_over_the_budget_is_cut_off():
     assert len(refined(600, budget=3)) <= 3
     assert len(refined(0, budget=3)) == 3

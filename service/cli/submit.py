@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,8 +11,14 @@ import typer
 
 from service.cli.command import run_command
 from service.keep import Keep
-from simplifier import OCCLUDER_SUFFIXES, OptionError, OutputError, SimplifyOptions
-from simplifier.cli.plugin import Debug, overrides_beside, read_values, with_options
+from simplifier import OCCLUDER_SUFFIXES, OptionError, SimplifyOptions
+from simplifier.cli.plugin import (
+    Debug,
+    make_folder,
+    overrides_beside,
+    read_values,
+    with_options,
+)
 
 _OF_SERVER = {"slicer", "device"}
 _FIELDS = tuple(one for one in SimplifyOptions.fields() if one.name not in _OF_SERVER)
@@ -79,6 +84,8 @@ def submit(
             )
             for mesh, target, name in zip(meshes, targets, names, strict=True)
         ]
+        if output is not None:
+            make_folder(output)
         return submit_all(submissions, server, key, at_once, keep)
 
     run_command(run, debug=debug)
@@ -99,9 +106,6 @@ def _targets(meshes: Sequence[Path], folder: Path | None, form: str) -> list[Pat
         raise OptionError(
             f"'{form}' is not a format", where="format", remedy=f"choose from {known}"
         )
-    # Of a Path, a name that is too long would raise.
-    if folder is not None and not os.path.isdir(folder):  # noqa: PTH112
-        raise OutputError("there is no such folder", where=str(folder), remedy="create it first")
     targets = [
         (mesh.parent if folder is None else folder) / f"{mesh.stem}_occluder{suffix}"
         for mesh in meshes

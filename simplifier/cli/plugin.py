@@ -8,6 +8,7 @@
 :func:`percent`        a share of 0 to 1 as all commands write it
 :func:`percent_at_most`  one that is to be small
 :func:`read_values`    reads those of a table that are typed as lists
+:func:`make_folder`    makes a folder to write to
 :func:`overrides_beside`  the file of overrides that belongs to a mesh
 :func:`interrupts`     listens to Ctrl-C; :data:`INTERRUPTED` is the exit status then
 
@@ -19,6 +20,7 @@ from __future__ import annotations
 from simplifier.cli.console import count_bar, print_line, print_text
 from simplifier.cli.options import read_values, with_options
 from simplifier.cli.running import INTERRUPTED, Debug, interrupts, run_guarded
+from simplifier.io.files import make_folder
 from simplifier.io.suffixes import overrides_beside
 from simplifier.wording import percent, percent_at_most
 
@@ -27,6 +29,7 @@ __all__ = [
     "Debug",
     "count_bar",
     "interrupts",
+    "make_folder",
     "overrides_beside",
     "percent",
     "percent_at_most",

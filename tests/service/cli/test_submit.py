@@ -123,7 +123,6 @@ def test_a_batch_says_what_is_to_be_kept(service, mesh, command):
 
 def test_other_formats_have_a_file_a_level_in_the_folder(service, mesh, here, tmp_path):
     _, address = service
-    (tmp_path / "out").mkdir()
     done = here(
         "submit", mesh("a.obj"), "-o", tmp_path / "out", "--format", "tres", OCCLUDER_SERVER=address
     )
@@ -131,6 +130,15 @@ def test_other_formats_have_a_file_a_level_in_the_folder(service, mesh, here, tm
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         "a_occluder_lod0.tres", "a_occluder_lod1.tres",
     }  # fmt: skip
+
+
+def test_where_no_folder_can_be_made_nothing_is_sent(service, mesh, here, tmp_path):
+    served, address = service
+    (tmp_path / "out").write_text("a file")
+    done = here("submit", mesh("a.obj"), "--server", address, "-o", tmp_path / "out")
+    assert done.returncode == 1
+    assert "the folder cannot be made (File exists)" in done.stderr
+    assert not served.seen
 
 
 def test_only_what_was_chosen_is_sent(service, mesh, here):

@@ -48,6 +48,7 @@ _LAST_EXCHANGE = 0.85  # share of the search until which all take from each othe
 _FEW = 64  # triangles that any start is filled up to
 _LONG = 2_200  # moves a triangle, of which a search that has more begins hotter
 _HOTTER = 0.8  # by this power of how many times as many it has
+_HOTTEST = 6.0  # times as hot, at most: four triangles hide no more by hotter searches
 
 Stop = Callable[[float, float, Callable[[], FloatArray]], bool]
 """Told the share of the search that is done, the best score yet as a share of what the original
@@ -144,7 +145,7 @@ def _first_heat(options: RefineOptions, triangles: int, deadline: Deadline | Non
     if deadline is not None:  # how many moves that leaves is not known yet
         return TOGETHER
     long = options.moves / (_LONG * triangles)
-    return float(TOGETHER * max(long, 1.0) ** _HOTTER)
+    return float(TOGETHER * min(max(long, 1.0) ** _HOTTER, _HOTTEST))
 
 
 def _confer(searches: list[Annealing], bargain: Bargain, share: float) -> None:

@@ -88,6 +88,7 @@ def test_what_is_left_of_the_budget_is_used():
     [
         (13_200, 2, None, 1.0),
         (26_400, 2, None, 2.0**0.8),
+        (10_000_000, 2, None, 6.0),
         (26_400, 2, 0.01, 1.0),  # by moves that are never made
         (132_000, 1, None, 5.0 / 7.0),  # alone
     ],

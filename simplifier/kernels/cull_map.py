@@ -32,6 +32,9 @@ TILE = 16
 MASK = BLOCK - 1  # of a place, within its square
 ROUNDING = 1e-6  # of a code, and of a share: what rounding may cost is seen
 
+OUTSIDE, DONE = -1, -2
+"""In place of a pixel, at the end of a ray."""
+
 
 @inline_kernel
 def is_free(free, x, y):
@@ -70,35 +73,34 @@ def rays_of(flat, ring):
     return flat[: 4 * (2 * ring + 1)].reshape(4, 2 * ring + 1)
 
 
-@inner_kernel
-def trace(side, index, ring, sample, highest, solid, free, pixels, seen):
-    """Follow a ray to the ring; its steepest shadow, as height a pixel, and its steps.
+@inline_kernel
+def next_met(side, slant, ring, sample, highest, pixels, step, took, shadow, steepest):
+    """Go on along a ray to the next pixel with something that reaches out of the shadow.
 
-    ``side`` 0 to 3: towards +x, -x, +y, -y; ``index`` -ring to ring: where on that side.
-    ``highest``  the highest that is looked for; all else as :func:`see_from` takes it.
-    Squares of pixels that are empty, or in shadow all over, are crossed in one step.
+    ``side`` 0 to 3: towards +x, -x, +y, -y, by ``slant`` pixels across for each along.
+    ``step`` steps were made, and pixels ``took`` to look at; ``shadow`` is over the eye.
+    ``highest``  the highest that is looked for; ``sample`` and ``pixels`` as :func:`see_from` takes
+    them.  Squares of pixels that are empty, or in shadow all over, are crossed in one step.
+
+    Returns x, y, and ``step``, ``took`` and ``shadow`` there; x is :data:`OUTSIDE` where the raster
+    ends before, and :data:`DONE` at the ring and where all that is looked for is in shadow.
     """
-    (nx, ny), starts, objects, codes, tops, blocks = pixels
+    (nx, ny), _, _, _, tops, blocks = pixels
     px, py, eye = sample[0], sample[1], sample[2]
-    highest -= eye
     x_major = side < 2
     along, across = (nx, ny) if x_major else (ny, nx)
     sign = 1 if side % 2 == 0 else -1
-    slant = index / ring
     begin = np.int64(np.floor(px if x_major else py))
     offset = py if x_major else px
-    steepest = -np.inf
-    shadow = -np.inf
-    step = took = 0
     while step < ring:
         step += 1
         took += 1
         major, minor = begin + sign * step, np.int64(np.floor(offset + slant * step))
         if major < 0 or minor < 0 or major >= along or minor >= across:
-            return np.inf, took
+            return OUTSIDE, 0, step, took, shadow
         shadow += steepest
-        if steepest >= 0.0 and shadow > highest:
-            return steepest, took
+        if steepest >= 0.0 and shadow > highest - eye:
+            return DONE, 0, step, took, shadow
         x, y = (major, minor) if x_major else (minor, major)
         left = steps_in_shadow(
             x, y, side, step, ring, offset, slant, across, eye, shadow, steepest, blocks
@@ -108,17 +110,42 @@ def trace(side, index, ring, sample, highest, solid, free, pixels, seen):
             shadow += left * steepest
             continue
         top = tops[x >> SHIFT, y >> SHIFT, x & MASK, y & MASK]
-        if top == 0 or top - eye <= shadow - ROUNDING:
-            continue
+        if top > 0 and top - eye > shadow - ROUNDING:
+            return x, y, step, took, shadow
+    return DONE, 0, step, took, shadow
+
+
+@inline_kernel
+def next_shadow(x, y, step, eye, solid, free, shadow, steepest):
+    """The shadow behind a pixel of a ray, over the eye, and the steepest, as height a pixel."""
+    height = solid[x >> SHIFT, y >> SHIFT, x & MASK, y & MASK]
+    if height > 0 and height - eye > shadow and not is_free(free, x, y):
+        return height - eye, (height - eye) / step
+    return shadow, steepest
+
+
+@inner_kernel
+def trace(side, index, ring, sample, highest, solid, free, pixels, seen):
+    """Follow a ray to the ring; its steepest shadow, as height a pixel, and its steps.
+
+    ``index`` -ring to ring: where on that side.  All else as :func:`next_met` and :func:`see_from`
+    take it.
+    """
+    (_, ny), starts, objects, codes = pixels[:4]
+    eye = sample[2]
+    steepest = shadow = -np.inf
+    step = took = 0
+    while True:
+        x, y, step, took, shadow = next_met(
+            side, index / ring, ring, sample, highest, pixels, step, took, shadow, steepest
+        )
+        if x < 0:
+            return np.inf if x == OUTSIDE else steepest, took
         place = x * ny + y
         for item in range(starts[place], starts[place + 1]):
             if codes[item] - eye > shadow - ROUNDING:
                 seen[objects[item]] = True
-        height = solid[x >> SHIFT, y >> SHIFT, x & MASK, y & MASK]
-        if height > 0 and height - eye > shadow and not is_free(free, x, y):
-            shadow = height - eye
-            steepest = shadow / step
-    return steepest, took
+        shadow, steepest = next_shadow(x, y, step, eye, solid, free, shadow, steepest)
 
 
 @inline_kernel

@@ -12,7 +12,7 @@ import numpy as np
 
 from simplifier.kernels.close_look import ask_towards, keep_open
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
-from simplifier.kernels.cull_map import FIRST_RING, MASK, SHIFT, is_free, rays_of, steps_in_shadow
+from simplifier.kernels.cull_map import FIRST_RING, OUTSIDE, next_met, next_shadow, rays_of
 from simplifier.kernels.cull_map import ROUNDING as _CODE
 
 _ROUNDING = 1e-9  # of a height, and of a slice: what rounding may cost is seen
@@ -45,48 +45,22 @@ def _lower_along(side, index, ring, sample, highest, solid, free, pixels, frames
     ``parts`` (k, s, s) of objects with ``places`` (n,) int32 in it, -1 for all others,
     are lowered to the shadow in pixels where they reach out of it.
     """
-    (nx, ny), starts, objects, codes, tops, blocks = pixels
-    px, py, eye = sample[0], sample[1], sample[2]
-    highest -= eye
-    x_major = side < 2
-    along, across = (nx, ny) if x_major else (ny, nx)
-    sign = 1 if side % 2 == 0 else -1
-    slant = index / ring
-    begin = np.int64(np.floor(px if x_major else py))
-    offset = py if x_major else px
-    steepest = -np.inf
-    shadow = -np.inf
+    (_, ny), starts, objects, codes = pixels[:4]
+    eye = sample[2]
+    steepest = shadow = -np.inf
     step = took = 0
-    while step < ring:
-        step += 1
-        took += 1
-        major, minor = begin + sign * step, np.int64(np.floor(offset + slant * step))
-        if major < 0 or minor < 0 or major >= along or minor >= across:
-            return np.inf, took
-        shadow += steepest
-        if steepest >= 0.0 and shadow > highest:
-            return steepest, took
-        x, y = (major, minor) if x_major else (minor, major)
-        left = steps_in_shadow(
-            x, y, side, step, ring, offset, slant, across, eye, shadow, steepest, blocks
-        )  # fmt: skip
-        if left > 0:
-            step += left
-            shadow += left * steepest
-            continue
-        top = tops[x >> SHIFT, y >> SHIFT, x & MASK, y & MASK]
-        if top == 0 or top - eye <= shadow - _CODE:
-            continue
+    while True:
+        x, y, step, took, shadow = next_met(
+            side, index / ring, ring, sample, highest, pixels, step, took, shadow, steepest
+        )
+        if x < 0:
+            return np.inf if x == OUTSIDE else steepest, took
         place = x * ny + y
         for item in range(starts[place], starts[place + 1]):
             own = places[objects[item]]
             if own >= 0 and codes[item] - eye > shadow - _CODE:
                 _lower_parts(x, y, eye + shadow, frames[own], parts[own])
-        height = solid[x >> SHIFT, y >> SHIFT, x & MASK, y & MASK]
-        if height > 0 and height - eye > shadow and not is_free(free, x, y):
-            shadow = height - eye
-            steepest = shadow / step
-    return steepest, took
+        shadow, steepest = next_shadow(x, y, step, eye, solid, free, shadow, steepest)
 
 
 @inner_kernel

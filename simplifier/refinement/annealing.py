@@ -177,8 +177,8 @@ class Annealing:
     """Simulated annealing of ``triangles`` (m, 3, 3) in grid space, m >= 1.
 
     Scores are whole numbers, those of :mod:`simplifier.kernels.soup_views`.  ``work`` (2,) int64
-    counts the views that moves drew and those that they scored.  ``heat`` is :data:`ALONE` or
-    :data:`TOGETHER`.
+    counts the views that moves drew and those that they scored.  ``heat`` is :data:`ALONE`,
+    :data:`TOGETHER` or more.
     """
 
     def __init__(

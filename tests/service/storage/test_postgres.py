@@ -166,21 +166,29 @@ def test_transactions_that_block_each_other_are_done_again(address: str) -> None
     with servers(address, 2) as (one, two):
         SqlJobStore(one).submit(submission("a"), 10)
         SqlJobStore(one).submit(submission("b"), 10)
-        met = threading.Barrier(2, timeout=10.0)
+        met, done = threading.Barrier(2, timeout=10.0), threading.Event()
         tries = Counter[str]()
 
         def lock(database: PostgresDatabase, first: int, second: int) -> None:
             name = f"{first} {second}"
             tries[name] += 1
+            if tries[name] > 1:
+                assert done.wait(
+                    10.0
+                )  # or it may lock its row before the other, and they meet again
             with database.writing() as session:
                 session.execute(text(f"UPDATE jobs SET beat = beat + 1 WHERE number = {first}"))
                 if tries[name] == 1:
                     met.wait()
                 session.execute(text(f"UPDATE jobs SET beat = beat + 1 WHERE number = {second}"))
 
+        def lock_until_done(database: PostgresDatabase, first: int, second: int) -> None:
+            database.again(lambda: lock(database, first, second))
+            done.set()
+
         with ThreadPoolExecutor(2) as pool:
-            first = pool.submit(one.again, lambda: lock(one, 1, 2))
-            second = pool.submit(two.again, lambda: lock(two, 2, 1))
+            first = pool.submit(lock_until_done, one, 1, 2)
+            second = pool.submit(lock_until_done, two, 2, 1)
             first.result()
             second.result()
         assert sum(tries.values()) == 3

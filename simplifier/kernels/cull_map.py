@@ -78,7 +78,7 @@ def next_met(side, slant, ring, sample, highest, pixels, step, took, shadow, ste
     """Go on along a ray to the next pixel with something that reaches out of the shadow.
 
     ``side`` 0 to 3: towards +x, -x, +y, -y, by ``slant`` pixels across for each along.
-    ``step`` steps were made, and pixels ``took`` to look at; ``shadow`` is over the eye.
+    ``step`` steps were made, for which ``took`` pixels were looked at; ``shadow`` is over the eye.
     ``highest``  the highest that is looked for; ``sample`` and ``pixels`` as :func:`see_from` takes
     them.  Squares of pixels that are empty, or in shadow all over, are crossed in one step.
 

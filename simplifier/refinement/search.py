@@ -138,8 +138,8 @@ def _begin_searches(
 
 
 def _first_heat(options: RefineOptions, triangles: int, deadline: Deadline | None) -> float:
-    """Searches that exchange and have many moves a triangle cool from higher up, for each of which
-    there is time to find its place again."""
+    """Searches that exchange begin hotter where they have many moves a triangle: there is time for
+    each to find its place again."""
     if options.searches == 1:
         return ALONE
     if deadline is not None:  # how many moves that leaves is not known yet

@@ -32,9 +32,6 @@ TILE = 16
 MASK = BLOCK - 1  # of a place, within its square
 ROUNDING = 1e-6  # of a code, and of a share: what rounding may cost is seen
 
-OUTSIDE, DONE = -1, -2
-"""In place of a pixel, at the end of a ray."""
-
 
 @inline_kernel
 def is_free(free, x, y):
@@ -82,8 +79,9 @@ def next_met(side, slant, ring, sample, highest, pixels, step, took, shadow, ste
     ``highest``  the highest that is looked for; ``sample`` and ``pixels`` as :func:`see_from` takes
     them.  Squares of pixels that are empty, or in shadow all over, are crossed in one step.
 
-    Returns x, y, and ``step``, ``took`` and ``shadow`` there; x is :data:`OUTSIDE` where the raster
-    ends before, and :data:`DONE` at the ring and where all that is looked for is in shadow.
+    Returns x, y, and ``step``, ``took``, ``shadow`` and ``steepest`` there; x is -1 where there is
+    none up to the ring, or up to where all that is looked for is in shadow.  Where the raster ends
+    first, too, and the steepest is infinite then, since nothing is seen past it.
     """
     (nx, ny), _, _, _, tops, blocks = pixels
     px, py, eye = sample[0], sample[1], sample[2]
@@ -97,10 +95,10 @@ def next_met(side, slant, ring, sample, highest, pixels, step, took, shadow, ste
         took += 1
         major, minor = begin + sign * step, np.int64(np.floor(offset + slant * step))
         if major < 0 or minor < 0 or major >= along or minor >= across:
-            return OUTSIDE, 0, step, took, shadow
+            return -1, 0, step, took, shadow, np.inf
         shadow += steepest
         if steepest >= 0.0 and shadow > highest - eye:
-            return DONE, 0, step, took, shadow
+            return -1, 0, step, took, shadow, steepest
         x, y = (major, minor) if x_major else (minor, major)
         left = steps_in_shadow(
             x, y, side, step, ring, offset, slant, across, eye, shadow, steepest, blocks
@@ -111,8 +109,8 @@ def next_met(side, slant, ring, sample, highest, pixels, step, took, shadow, ste
             continue
         top = tops[x >> SHIFT, y >> SHIFT, x & MASK, y & MASK]
         if top > 0 and top - eye > shadow - ROUNDING:
-            return x, y, step, took, shadow
-    return DONE, 0, step, took, shadow
+            return x, y, step, took, shadow, steepest
+    return -1, 0, step, took, shadow, steepest
 
 
 @inline_kernel
@@ -136,11 +134,11 @@ def trace(side, index, ring, sample, highest, solid, free, pixels, seen):
     steepest = shadow = -np.inf
     step = took = 0
     while True:
-        x, y, step, took, shadow = next_met(
+        x, y, step, took, shadow, steepest = next_met(
             side, index / ring, ring, sample, highest, pixels, step, took, shadow, steepest
         )
         if x < 0:
-            return np.inf if x == OUTSIDE else steepest, took
+            return steepest, took
         place = x * ny + y
         for item in range(starts[place], starts[place + 1]):
             if codes[item] - eye > shadow - ROUNDING:

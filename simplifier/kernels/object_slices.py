@@ -12,7 +12,7 @@ import numpy as np
 
 from simplifier.kernels.close_look import ask_towards, keep_open
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
-from simplifier.kernels.cull_map import FIRST_RING, OUTSIDE, next_met, next_shadow, rays_of
+from simplifier.kernels.cull_map import FIRST_RING, next_met, next_shadow, rays_of
 from simplifier.kernels.cull_map import ROUNDING as _CODE
 
 _ROUNDING = 1e-9  # of a height, and of a slice: what rounding may cost is seen
@@ -50,11 +50,11 @@ def _lower_along(side, index, ring, sample, highest, solid, free, pixels, frames
     steepest = shadow = -np.inf
     step = took = 0
     while True:
-        x, y, step, took, shadow = next_met(
+        x, y, step, took, shadow, steepest = next_met(
             side, index / ring, ring, sample, highest, pixels, step, took, shadow, steepest
         )
         if x < 0:
-            return np.inf if x == OUTSIDE else steepest, took
+            return steepest, took
         place = x * ny + y
         for item in range(starts[place], starts[place + 1]):
             own = places[objects[item]]

@@ -15,7 +15,7 @@ from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import A_MESH, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, OVERRIDES, Overrides
 from simplifier.options.tradeoff import TradeoffOptions
-from simplifier.progress import Cancel, TellTotalStep
+from simplifier.progress import Cancel, Deadline, TellTotalStep
 from simplifier.report.machine import Machine, this_machine
 from simplifier.tradeoff import words
 from simplifier.tradeoff.advice import Advice, advise
@@ -149,7 +149,8 @@ def sweep_tradeoff(
         return tell(done, runs, now)
 
     keeper = None if journal is None else Journal.open(as_path("journal", journal), options)
-    trials = list(mesh_trials(name, mesh, options, told, cancel, overrides, keeper))
+    deadline = Deadline.after(options.within)
+    trials = list(mesh_trials(name, mesh, options, deadline, told, cancel, overrides, keeper))
     if cancel is not None and cancel.is_set():
         raise CancelledError(f"cancelled after {len(trials)} of {runs} runs")
     tell(runs, runs, "writing")

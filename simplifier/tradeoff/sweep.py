@@ -233,33 +233,28 @@ def _mesh_trials(
         return
     if overrides != NO_OVERRIDES:
         keeper = None  # it tells meshes apart, not what was drawn by hand
-    yield from mesh_trials(
-        name, mesh, options, tell, overrides=overrides, keeper=keeper, deadline=deadline
-    )
+    yield from mesh_trials(name, mesh, options, deadline, tell, overrides=overrides, keeper=keeper)
 
 
 def mesh_trials(
     name: str,
     mesh: TriangleMesh,
     options: TradeoffOptions,
+    deadline: Deadline,
     tell: TellStep = lambda done, name: None,
     cancel: Cancel | None = None,
     overrides: Overrides = NO_OVERRIDES,
     keeper: Keeper | None = None,
-    deadline: Deadline | None = None,
 ) -> Iterator[Trial]:
     """Run every setting on one mesh, which was loaded with what ``overrides`` ignore, as results
     come.
 
-    Ends soon once ``cancel`` is set or ``deadline`` is up (None: that of ``options.within``, from
-    now); the run that it ends is no trial.  The first run is made in any case.  What ``keeper``
-    knows is not run again.
+    Ends soon once ``cancel`` is set or ``deadline`` is up; the run that it ends is no trial.  The
+    first run is made in any case.  What ``keeper`` knows is not run again.
     """
     run = _Run(name, mesh, overrides, options, _Judge(mesh, options.seed))
     failed: set[Setting] = set()
     done = 0
-    if deadline is None:
-        deadline = Deadline.after(options.within)
     for number, setting in product(range(options.repeats), settings_of(options)):
         if done and deadline.is_up:
             return

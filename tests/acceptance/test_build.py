@@ -14,6 +14,7 @@ import simplifier
 from service.client import Client, Priority
 from tests import solids
 from tests.acceptance.command import OCCLUDER, ROOT, environment, occluder
+from tests.git import git
 from tests.service.declared import declare
 from tests.service.real import running
 from tests.waiting import until
@@ -115,15 +116,10 @@ def test_overhang_and_a_verdict_can_be_required(folder, here):
 
 
 def test_lost_recall_is_refused_against_a_revision_and_a_record(folder, here):
-    def git(*arguments):
-        subprocess.run(
-            ["git", "-c", "user.name=x", "-c", "user.email=x@y", *arguments], cwd=folder, check=True
-        )
-
     assert here("build", cwd=folder).returncode == 0
-    git("init", "-q")
-    git("add", ".")
-    git("commit", "-q", "-m", "occluders")
+    git(folder, "init", "-q")
+    git(folder, "add", ".")
+    git(folder, "commit", "-q", "-m", "occluders")
     (folder / "before.lock").write_bytes((folder / "occluders.lock").read_bytes())
     assert here("build", "--check", "--against", "HEAD", cwd=folder).returncode == 0
     (folder / "occluders.toml").write_text(QUICK + "budget = 2\n")
@@ -132,7 +128,7 @@ def test_lost_recall_is_refused_against_a_revision_and_a_record(folder, here):
         done = here("build", "--check", "--against", before, cwd=folder)
         assert done.returncode == 1
         assert "error: props/torus.ply: recall " in done.stderr
-    git("commit", "-q", "-a", "-m", "fewer triangles")
+    git(folder, "commit", "-q", "-a", "-m", "fewer triangles")
     assert here("build", "--check", "--against", "HEAD", cwd=folder).returncode == 0
 
 

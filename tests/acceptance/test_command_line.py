@@ -26,7 +26,7 @@ from tests.acceptance.command import (
     read_all,
 )
 from tests.schema import check_report
-from tests.solids import blob, box, joined, torus
+from tests.solids import as_occluder, blob, box, joined, torus
 
 QUICK = ("--resolution", "12", "--preset", "draft", "--moves", "100")
 FEW_VIEWS = ("--views", "4", "--image", "32", "--quads", "50")
@@ -590,8 +590,7 @@ def test_viewers_above(command, tmp_path):
 
 def test_less_in_front(command, tmp_path):
     """Sixteen triangles would close the hole of a torus in plain sight of who looks along it."""
-    solid = torus()
-    simplifier.save(simplifier.Occluder(solid.vertices, solid.faces), tmp_path / "torus.ply")
+    simplifier.save(as_occluder(torus()), tmp_path / "torus.ply")
     shares = []
     for front in ("1", "0.01"):
         status, *_ = command(

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-import subprocess
-
 import pytest
 
 from simplifier.builds.record import baseline, read_record
 from simplifier.errors import ManifestError, OptionError
 from tests.builds.quick import TRIANGLE, run, write
-
-
-def git(folder, *arguments):
-    subprocess.run(
-        ["git", "-c", "user.name=t", "-c", "user.email=t@example.org", *arguments],
-        cwd=folder, check=True, capture_output=True,
-    )  # fmt: skip
+from tests.git import git
 
 
 @pytest.fixture

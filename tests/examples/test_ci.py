@@ -16,6 +16,7 @@ import simplifier
 from simplifier.io.suffixes import MESH_SUFFIXES
 from tests import solids
 from tests.acceptance.command import ROOT, environment
+from tests.git import git
 from tests.integrations.commands import make_command
 
 SCRIPT = ROOT / "examples" / "ci" / "check_occluders.sh"
@@ -64,13 +65,6 @@ def repository(change, tmp_path):
     change(tmp_path, 64)
     git(tmp_path, "checkout", "-q", "-b", "change")
     return tmp_path
-
-
-def git(folder, *arguments):
-    subprocess.run(
-        ["git", "-c", "user.name=t", "-c", "user.email=t@example.org", *arguments],
-        cwd=folder, check=True, capture_output=True,
-    )  # fmt: skip
 
 
 def checked(folder, path):

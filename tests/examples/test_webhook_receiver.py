@@ -27,6 +27,7 @@ from service.webhooks.sender import WebhookSender
 from service.webhooks.signing import sign
 from service.webhooks.tenant_secrets import TenantSecrets
 from tests.acceptance.command import ROOT, environment
+from tests.git import git
 from tests.service.real import BOX, QUICK
 from tests.service.routes.serving import listening
 from tests.service.webhooks.receivers import Ages, Deliveries
@@ -220,12 +221,6 @@ def test_the_command_that_follows_commits_once_and_its_failure_is_tried_again(
         assert tell(port, service.secret, job, "d2") == 204  # the same bytes: nothing to commit
     assert git(assets, "log", "--format=%s") == "occluder: box_occluder.glb\n"
     assert git(assets, "status", "--porcelain") == ""
-
-
-def git(folder, *arguments):
-    return subprocess.run(
-        ["git", *arguments], cwd=folder, check=True, capture_output=True, text=True
-    ).stdout
 
 
 def test_a_receiver_that_is_down_at_first_is_told_later(service, job, tmp_path):

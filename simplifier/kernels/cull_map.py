@@ -80,8 +80,8 @@ def next_met(side, slant, ring, sample, highest, pixels, step, took, shadow, ste
     them.  Squares of pixels that are empty, or in shadow all over, are crossed in one step.
 
     Returns x, y, and ``step``, ``took``, ``shadow`` and ``steepest`` there; x is -1 where there is
-    none up to the ring, or up to where all that is looked for is in shadow.  Where the raster ends
-    first, too, and the steepest is infinite then, since nothing is seen past it.
+    none up to the ring, or up to where all that is looked for is in shadow.  It also is where the
+    raster ends first; the steepest is infinite then, since nothing is seen past it.
     """
     (nx, ny), _, _, _, tops, blocks = pixels
     px, py, eye = sample[0], sample[1], sample[2]

@@ -17,7 +17,6 @@ from numpy.typing import ArrayLike, NDArray
 from simplifier.errors import EmptyMeshError
 from simplifier.geometry.arrays import (
     check_arrays,
-    cross_products,
     face_array,
     vertex_array,
 )
@@ -195,7 +194,7 @@ class TriangleMesh:
             )
         unusable: dict[str, IndexArray] = {}
         usable = np.ones(len(indices), dtype=np.bool_)
-        if len(indices) > _BLOCK or not _are_all_usable(points, indices):
+        if not _are_all_usable(points, indices):
             usable, unusable = _usable_triangles(points, indices)
         if not usable.any():
             raise EmptyMeshError(
@@ -268,7 +267,14 @@ def as_mesh(triangles: FloatArray) -> tuple[FloatArray, IntArray]:
 
 def is_bounded(points: FloatArray) -> NDArray[np.bool_]:
     """(n,) whether each of ``points`` (n, 3) is finite and so near that no volume overflows."""
-    return np.asarray((np.abs(points) < _FINITE).all(axis=1))
+    return in_all_columns(np.abs(points) < _FINITE)
+
+
+def in_all_columns(rows: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(n,) of ``rows`` (n, 3), in a tenth of the time of ``all``, which is slow along so short an
+    axis."""
+    x, y, z = rows.T
+    return np.asarray(x & y & z)
 
 
 def repeats_a_corner(faces: IndexArray) -> NDArray[np.bool_]:
@@ -279,12 +285,19 @@ def repeats_a_corner(faces: IndexArray) -> NDArray[np.bool_]:
 
 def have_area(triangles: FloatArray) -> NDArray[np.bool_]:
     """(m,) whether the corners of each of ``triangles`` (m, 3, 3) do not lie on one line."""
-    edges = triangles[:, 1:] - triangles[:, :1]
-    # Scaled by the longest edge, so that neither tiny nor huge meshes under- or overflow.
-    scale = np.abs(edges).max(axis=(1, 2), keepdims=True, initial=0.0)
-    scale[scale == 0.0] = 1.0
-    edges /= scale
-    return np.asarray((cross_products(edges[:, 0], edges[:, 1]) != 0.0).any(axis=1))
+    found = np.empty(len(triangles), dtype=np.bool_)
+    for some in _blocks(len(triangles), _ROWS):
+        # By column, which takes a tenth of the time that rows of three take.
+        a, b, c = triangles[some].transpose(1, 2, 0).copy()
+        edges = np.stack([b - a, c - a])
+        # Scaled by the longest edge, so that neither tiny nor huge meshes under- or overflow.
+        scale = np.abs(edges).max(axis=(0, 1))
+        scale[scale == 0.0] = 1.0
+        edges /= scale
+        (ux, uy, uz), (vx, vy, vz) = edges
+        x, y, z = uy * vz != uz * vy, uz * vx != ux * vz, ux * vy != uy * vx
+        found[some] = x | y | z
+    return found
 
 
 def _blocks(count: int, size: int = _BLOCK) -> Iterator[slice]:
@@ -294,12 +307,11 @@ def _blocks(count: int, size: int = _BLOCK) -> Iterator[slice]:
 
 
 def _are_all_usable(points: FloatArray, indices: IndexArray) -> bool:
-    """Whether every face has a finite, non-zero area, as it is in most small meshes, which scenes
-    have thousands of."""
-    return (
-        bool((np.abs(points) < _FINITE).all())
-        and not repeats_a_corner(indices).any()
-        and bool(have_area(points[indices]).all())
+    """Whether every face has a finite, non-zero area, as in most meshes."""
+    return bool((np.abs(points) < _FINITE).all()) and all(
+        not repeats_a_corner(indices[some]).any()
+        and have_area(points.take(indices[some], axis=0)).all()
+        for some in _blocks(len(indices), _ROWS)
     )
 
 
@@ -310,12 +322,12 @@ def _usable_triangles(
     bounded = is_bounded(points)
     usable = np.zeros(len(indices), dtype=np.bool_)
     unusable: dict[str, list[IndexArray]] = {reason: [] for reason in _UNUSABLE}
-    for block in _blocks(len(indices)):
+    for block in _blocks(len(indices), _ROWS):
         some = indices[block]
-        finite = bounded[some].all(axis=1)
+        finite = in_all_columns(bounded.take(some))
         repeated = finite & repeats_a_corner(some)
         wide = finite & ~repeated
-        wide[wide] = have_area(points[some[wide]])
+        wide[wide] = have_area(points.take(some if wide.all() else some[wide], axis=0))
         flat = finite & ~repeated & ~wide
         for reason, found in zip(_UNUSABLE, (~finite, repeated, flat), strict=True):
             unusable[reason].append(block.start + np.nonzero(found)[0])
@@ -327,13 +339,11 @@ def _of_used_vertices(
     points: FloatArray, indices: IndexArray | IntArray, usable: NDArray[np.bool_]
 ) -> tuple[FloatArray, IntArray]:
     """Copies: the vertices of the usable faces, and those faces by their new numbers."""
-    used = np.zeros(len(points), dtype=np.bool_)
-    if len(indices) <= _BLOCK and usable.all():
-        used[indices] = True
-        if used.all():
-            return np.array(points, order="C"), indices.astype(np.int32, order="C")
+    used, whole = np.zeros(len(points), dtype=np.bool_), bool(usable.all())
     for block in _blocks(len(indices)):
-        used[indices[block][usable[block]]] = True
+        used[indices[block] if whole else indices[block][usable[block]]] = True
+    if whole and used.all():
+        return np.array(points, order="C"), indices.astype(np.int32, order="C")
     renumbered = np.cumsum(used, dtype=np.int32)
     renumbered -= 1
     vertices, faces = _room_for(used, np.float64), _room_for(usable, np.int32)

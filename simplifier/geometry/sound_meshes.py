@@ -17,6 +17,7 @@ from simplifier.geometry.mesh import (
     IndexArray,
     TriangleMesh,
     have_area,
+    in_all_columns,
     is_bounded,
     repeats_a_corner,
 )
@@ -77,7 +78,7 @@ def _checked(soups: Sequence[Soup]) -> Iterator[TriangleMesh | None]:
     first_point, first_face = (np.cumsum(n) - n for n in (point_counts, face_counts))
 
     most = np.repeat(point_counts, face_counts)[:, None]
-    named = np.asarray(((corners >= 0) & (corners < most)).all(axis=1))
+    named = in_all_columns((corners >= 0) & (corners < most))
     bounded = is_bounded(points)
     # What is wrong stands at 0, where no sum overflows: its mesh is out already.
     safe = points.copy()
@@ -114,6 +115,8 @@ def _may_stray(
     the middle than the box is long, and one of each triangle is away by half of its length.
     """
     low, high = (f.reduceat(points, first_point) for f in (np.minimum, np.maximum))
-    lengths = (triangles.max(axis=1) - triangles.min(axis=1)).max(axis=1)
+    a, b, c = triangles.transpose(1, 2, 0).copy()  # by column, since rows are short
+    highest, lowest = np.maximum(np.maximum(a, b), c), np.minimum(np.minimum(a, b), c)
+    lengths = (highest - lowest).max(axis=0)
     shortest = np.minimum.reduceat(lengths, first_face)
     return np.asarray((high - low).max(axis=1) > _SPAN * shortest)

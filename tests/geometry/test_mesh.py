@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from simplifier.errors import EmptyMeshError
-from simplifier.geometry.mesh import DroppedTriangles, Reach, TriangleMesh
+from simplifier.geometry.mesh import DroppedTriangles, Reach, TriangleMesh, have_area
 
 SPHERE = np.arange(300).reshape(-1, 3)  # faces of the points below
 SQUARE = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
@@ -96,6 +96,33 @@ def test_triangles_without_area_are_counted(corners, scale):
     mesh = TriangleMesh.from_soup(vertices, [[0, 1, 2], [4, 5, 6]])
     assert mesh.dropped == DroppedTriangles(zero_area=1)
     assert mesh.vertices == pytest.approx(np.array(SQUARE[:3]) * scale, abs=0.0)
+
+
+@given(
+    arrays(
+        np.float64, st.tuples(st.integers(0, 20), st.just(3), st.just(3)),
+        elements=st.sampled_from([0.0, 1.0, 2.0, 3.0, -1.0, 1e-300, 5e-324, 1e99, -1e99, 1 / 3]),
+    )
+)  # fmt: skip
+def test_area_one_triangle_at_a_time(triangles):
+    def has_area(triangle):
+        u, v = triangle[1:] - triangle[0]
+        scale = max(abs(u).max(), abs(v).max()) or 1.0
+        return bool(np.cross(u / scale, v / scale).any())
+
+    assert have_area(triangles).tolist() == [has_area(triangle) for triangle in triangles]
+
+
+def test_a_bad_triangle_of_very_many_is_found():
+    points = np.random.default_rng(2).normal(size=(1000, 3))
+    faces = np.arange(40_000)[:, None] % 997 + np.arange(3)
+    points[999] = NAN
+    faces[20_000], faces[30_000] = [0, 1, 1], [0, 1, 999]
+    mesh = TriangleMesh.from_soup(points, faces)
+    assert mesh.dropped == DroppedTriangles(
+        non_finite=1, repeated_index=1, first={"non_finite": 30_000, "repeated_index": 20_000}
+    )
+    np.testing.assert_array_equal(mesh.faces, np.delete(faces, [20_000, 30_000], axis=0))
 
 
 @pytest.mark.parametrize("height", [1e-12, 1e-100])

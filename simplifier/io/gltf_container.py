@@ -201,11 +201,13 @@ class JsonObject:
 
     def has_extension(self, name: str) -> bool:
         """Whether this object has the glTF extension of that name; nearly none has any."""
-        return self.has("extensions") and self.child("extensions").has(name)
+        return self.members.get("extensions") is not None and self.child("extensions").has(name)
 
     def integer(self, key: str, default: int | None = None) -> int:
         """A whole number from 0 on; ``default`` when absent, an error when that is None."""
         value = self.members.get(key, default)
+        if type(value) is int and 0 <= value <= _LARGEST:  # nearly always, and there are many
+            return value
         if isinstance(value, float) and value.is_integer():
             value = int(value)
         if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= _LARGEST:
@@ -214,6 +216,8 @@ class JsonObject:
 
     def integers(self, key: str) -> list[int]:
         """An array of whole numbers from 0 on; empty when absent."""
+        if key not in self.members:  # as of nearly all nodes: they have no children
+            return []
         values = self._array(key)
         if all(type(value) is int and 0 <= value <= _LARGEST for value in values):
             return cast(list[int], values)

@@ -95,19 +95,26 @@ def instances_of(buffers: Buffers, nodes: Nodes, world: FloatArray) -> Instances
     names: list[str] = []
     owners: list[str] = []
     meshes: list[int] = []
-    transforms = [np.empty((0, 4, 4))]
+    places: list[int] = []
+    within: list[tuple[int, FloatArray]] = []  # from where on instances stand otherwise than nodes
     for place in _standing(nodes, root):
-        node, own = nodes.nodes[place], world[place : place + 1]
-        mesh = node.integer("mesh")
+        node = nodes.nodes[place]
+        count, mesh = 1, node.integer("mesh")
         if node.has_extension(_INSTANCING):
-            with np.errstate(invalid="ignore", over="ignore"):
-                own = own @ _instance_transforms(buffers, node)
-        name = _name(node) or mesh_name(root, mesh) or f"node {nodes.indices[place]}"
-        names += [name, *(f"{name}.{number}" for number in range(2, len(own) + 1))][: len(own)]
-        owners += [_name(node)] * len(own)
-        meshes += [mesh] * len(own)
-        transforms.append(own)
-    return Instances(names, owners, np.array(meshes, dtype=np.int64), np.concatenate(transforms))
+            own = _instance_transforms(buffers, node)
+            count = len(own)
+            within.append((len(names), own))
+        owner = _name(node)
+        name = owner or mesh_name(root, mesh) or f"node {nodes.indices[place]}"
+        names += [name if number == 0 else f"{name}.{number + 1}" for number in range(count)]
+        owners += [owner] * count
+        meshes += [mesh] * count
+        places += [place] * count
+    transforms = world[places]
+    with np.errstate(invalid="ignore", over="ignore"):
+        for begin, own in within:
+            transforms[begin : begin + len(own)] @= own
+    return Instances(names, owners, np.array(meshes, dtype=np.int64), transforms)
 
 
 def scene_nodes(root: JsonObject) -> Nodes:
@@ -224,7 +231,6 @@ def _instance_transforms(buffers: Buffers, node: JsonObject) -> FloatArray:
 
 
 _PROJECTION = 1e-6  # what rounding may leave in the last row of a matrix
-_MATRIX_OF_NONE = [float(i % 5 == 0) for i in range(16)]
 
 
 def local_transforms(nodes: Sequence[JsonObject], *, lenient: bool) -> FloatArray:
@@ -233,23 +239,27 @@ def local_transforms(nodes: Sequence[JsonObject], *, lenient: bool) -> FloatArra
     Raises ``UnreadableMeshError`` for arrays of a wrong length, and unless ``lenient`` for matrices
     that are not affine and for values that are no finite numbers, which become NaN otherwise.
     """
-    result = np.empty((len(nodes), 4, 4))
+    matrices: dict[int, list[float]] = {}
     parts: dict[int, list[float]] = {}
     for place, node in enumerate(nodes):
         matrix = _numbers(node, "matrix", 16, lenient)
-        if matrix is not None and not lenient and not _is_affine(matrix):
-            raise node.fail(
-                f"the last row of its matrix is {matrix[3::4]}, not 0 0 0 1",
-                "take the projection out of the node",
-            )
-        if matrix is None and any(node.has(key) for key in ("translation", "rotation", "scale")):
+        if matrix is not None:
+            if not lenient and not _is_affine(matrix):
+                raise node.fail(
+                    f"the last row of its matrix is {matrix[3::4]}, not 0 0 0 1",
+                    "take the projection out of the node",
+                )
+            matrices[place] = matrix
+        elif any(node.has(key) for key in ("translation", "rotation", "scale")):
             parts[place] = [
                 *(_numbers(node, "translation", 3, lenient) or (0.0, 0.0, 0.0)),
                 *(_numbers(node, "rotation", 4, lenient) or (0.0, 0.0, 0.0, 1.0)),
                 *(_numbers(node, "scale", 3, lenient) or (1.0, 1.0, 1.0)),
             ]
-        result[place].flat = matrix or _MATRIX_OF_NONE
-    result = result.transpose(0, 2, 1)  # stored by columns
+    result = np.tile(np.eye(4), (len(nodes), 1, 1))
+    if matrices:
+        by_columns = np.array(list(matrices.values())).reshape(-1, 4, 4)
+        result[list(matrices)] = by_columns.transpose(0, 2, 1)
     if parts:
         values = np.array(list(parts.values()))
         result[list(parts)] = transforms_of(values[:, :3], values[:, 3:7], values[:, 7:])

@@ -291,10 +291,10 @@ def _dropped_warnings(
     meshes: Sequence[TriangleMesh], mesh_of: NDArray[np.int32], names: Sequence[str]
 ) -> list[str]:
     """One warning for all triangles that meshes lost; those of a shared mesh count once."""
-    total = sum((mesh.dropped for mesh in meshes), DroppedTriangles())
-    if not total.total:
-        return []
     lossy = np.array([mesh.dropped.total > 0 for mesh in meshes])
+    if not lossy.any():
+        return []
+    total = sum((mesh.dropped for mesh in meshes), DroppedTriangles())
     first = names[int(np.nonzero(lossy[mesh_of])[0][0])]
     return [
         f"{total.total} unusable {'triangle' if total.total == 1 else 'triangles'} left out"

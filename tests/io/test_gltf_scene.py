@@ -10,6 +10,7 @@ import trimesh
 
 from simplifier.errors import UnreadableMeshError
 from simplifier.io.load import load
+from simplifier.io.scene import load_scene
 from tests.io.builders import (
     FAN,
     TETRAHEDRON_FACES,
@@ -104,6 +105,22 @@ def test_gpu_instances(load) -> None:
     corners = load(builder)
     np.testing.assert_array_equal(corners[:, 0], [[1, 0, 5], [1, 0, 7]])
     np.testing.assert_array_equal(corners[:, 1], [[2, 0, 5], [4, 0, 7]])
+
+
+def test_gpu_instances_stand_between_other_nodes(tmp_path: Path) -> None:
+    builder = GltfBuilder()
+    mesh = builder.mesh(TRIANGLE)
+    attributes = {"TRANSLATION": builder.accessor([[0, 0, 5], [0, 0, 7]], "VEC3", "f4")}
+    extension = {"EXT_mesh_gpu_instancing": {"attributes": attributes}}
+    builder.node(name="first", mesh=mesh, translation=[1, 0, 0])
+    builder.node(name="tree", mesh=mesh, translation=[2, 0, 0], extensions=extension)
+    builder.node(name="last", mesh=mesh, translation=[3, 0, 0])
+    path = tmp_path / "scene.glb"
+    path.write_bytes(builder.glb())
+    scene = load_scene(path)
+    assert scene.names == ("first", "tree", "tree.2", "last")
+    offsets = [[1, 0, 0], [2, 0, 5], [2, 0, 7], [3, 0, 0]]
+    np.testing.assert_array_equal(scene.transforms[:, :3, 3], offsets)
 
 
 def two_scenes() -> GltfBuilder:

@@ -7,6 +7,7 @@ beside it.  Where nothing can be kept, every occluder is made anew, and every sc
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -98,8 +99,9 @@ class Making:
 
 def _resolved(files: Iterable[Path]) -> list[str]:
     """Each by the path of its folder, looked up once: a scene has thousands of files in one."""
-    folder = cache(Path.resolve)
-    return [str(folder(file.parent) / file.name) for file in files]
+    resolved = cache(os.path.realpath)
+    split = (os.path.split(file) for file in files)
+    return [os.path.join(resolved(folder), name) for folder, name in split]  # noqa: PTH118
 
 
 def _forget_oldest(folder: Path) -> None:

@@ -130,7 +130,7 @@ def _rare_collections() -> Iterator[None]:
     """Look for garbage rarely: a scene is hundreds of thousands of objects of Python, and to go
     through them again and again takes a tenth of a small change."""
     before = gc.get_threshold()
-    gc.set_threshold(100_000, *before[1:])
+    gc.set_threshold(1_000_000, *before[1:])
     try:
         yield
     finally:

@@ -6,8 +6,9 @@ Keys: the hash of all that an occluder is made from.
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from typing import get_args
 
 import numpy as np
@@ -77,15 +78,17 @@ def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
     # As one value a row, which compares byte by byte.
     ranks = np.unique(placed.view(f"V{placed.shape[1]}")[:, 0], return_inverse=True)[1]
     jobs: dict[str, NodeJob] = {}
-    leaf_keys: dict[tuple[int, NodeKind], str] = {}  # a mesh may have a hundred thousand instances
 
-    def leaf(part: int, kind: NodeKind) -> str:
-        mesh = int(scene.mesh_of[part])
-        if (mesh, kind) not in leaf_keys:
-            key = leaf_key(of_meshes[mesh], kind, stands[mesh], of_options)
-            leaf_keys[mesh, kind] = key
-            jobs.setdefault(key, NodeJob(key, kind, np.array([part], dtype=np.int32), stands[mesh]))
-        return leaf_keys[mesh, kind]
+    def alone(part: int, kind: NodeKind) -> str:
+        mesh = scene.mesh_of[part]
+        key = leaf_key(of_meshes[mesh], kind, stands[mesh], of_options)
+        jobs.setdefault(key, NodeJob(key, kind, np.array([part], dtype=np.int32), stands[mesh]))
+        return key
+
+    def leaf(part: int) -> Keys:
+        simple = len(scene.meshes[scene.mesh_of[part]].faces) <= options.budget
+        exact_only = simple or options.conservative
+        return Keys(None if exact_only else alone(part, "far"), alone(part, "near"))
 
     def inner(below: IntArray) -> str:
         below = below[np.argsort(ranks[below], kind="stable")]
@@ -95,15 +98,19 @@ def plan_occluders(parts: Parts, tree: Tree, options: SceneOptions) -> Plan:
         jobs.setdefault(key, NodeJob(key, "inner", below, stand))
         return key
 
-    keys = []
-    for node, useful in enumerate(_useful(tree, options).tolist()):
-        if tree.children[node, 1] > 0:
-            keys.append(Keys(inner(tree.below(node)) if useful else None))
-            continue
-        part = int(tree.below(node)[0])
-        simple = len(scene.meshes[scene.mesh_of[part]].faces) <= options.budget
-        exact_only = simple or options.conservative
-        keys.append(Keys(None if exact_only else leaf(part, "far"), leaf(part, "near")))
+    keys = [Keys()] * len(tree)
+    for node in np.nonzero(_useful(tree, options) & ~tree.is_leaf)[0].tolist():
+        keys[node] = Keys(inner(tree.below(node)))
+    of_leaves: dict[int, Keys] = {}  # by mesh, which may have a hundred thousand instances
+    leaves = np.nonzero(tree.is_leaf)[0]
+    parts_of = tree.order[tree.spans[leaves, 0]]
+    meshes_of = scene.mesh_of[parts_of]
+    for node, part, mesh in zip(
+        leaves.tolist(), parts_of.tolist(), meshes_of.tolist(), strict=True
+    ):
+        if mesh not in of_leaves:
+            of_leaves[mesh] = leaf(part)
+        keys[node] = of_leaves[mesh]
     return Plan(jobs, tuple(keys))
 
 
@@ -156,6 +163,7 @@ def _are_upright(transforms: FloatArray, up: int) -> NDArray[np.bool_]:
 
 _FORMAT = b"21"  # raised when the same input is to give another occluder
 _DIGITS = 32
+_KEY = re.compile(f"[0-9a-f]{{{_DIGITS}}}")
 
 
 def mesh_key(mesh: TriangleMesh) -> bytes:
@@ -200,11 +208,11 @@ def node_key(below: NDArray[np.uint8], stand: Stand, options: bytes) -> str:
 
 def is_key(text: str) -> bool:
     """Whether a text can be a key, and so is safe as the name of a file."""
-    return len(text) == _DIGITS and set(text) <= set("0123456789abcdef")
+    return _KEY.fullmatch(text) is not None
 
 
 def _stand_bytes(stand: Stand) -> bytes:
-    return repr(astuple(stand)).encode()
+    return repr((stand.ground, stand.smallest_hole)).encode()
 
 
 def _digest(*pieces: bytes) -> bytes:

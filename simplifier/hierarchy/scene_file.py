@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import orjson
 from numpy.typing import NDArray
 
 from simplifier.checks import as_path
@@ -71,30 +72,31 @@ def write_manifest(folder: Path, scene: Scene, options: SceneOptions, build: Bui
         },
         "warnings": [*scene.warnings, *build.warnings],
     }
-    text = json.dumps(document, separators=(",", ":"), allow_nan=False)
-    write_whole(folder / SCENE_FILE, text.replace('},{"bounds"', '},\n{"bounds"').encode())
+    # A scene is hundreds of thousands of numbers, which json takes ten times as long to write.
+    text = orjson.dumps(document).replace(b'},{"bounds"', b'},\n{"bounds"')
+    write_whole(folder / SCENE_FILE, text)
     occluder_store(folder).keep_only(build.summaries)
 
 
 def _nodes(build: Build) -> list[dict[str, Any]]:
     tree, parts = build.tree, build.parts
-    bounds, children = tree.bounds.tolist(), tree.children.tolist()
     starts = tree.order[tree.spans[:, 0]].tolist()
-    transforms = parts.scene.transforms[:, :3].tolist()
+    objects, transforms = parts.object_of.tolist(), parts.scene.transforms[:, :3].tolist()
     nodes = []
-    for node, (first, count) in enumerate(children):
-        row: dict[str, Any] = {"bounds": bounds[node]}
-        if count:
-            row["children"] = [first, count]
+    for bounds, children, part, keys in zip(
+        tree.bounds.tolist(), tree.children.tolist(), starts, build.keys, strict=True
+    ):
+        row: dict[str, Any] = {"bounds": bounds}
+        if children[1]:
+            row["children"] = children
         else:
-            part = starts[node]
-            row |= {
-                "object": int(parts.object_of[part]),
-                "part": part,
-                "transform": transforms[part],
-            }
-        keys = build.keys[node]
-        row |= {name: key for name, key in (("far", keys.far), ("near", keys.near)) if key}
+            row["object"] = objects[part]
+            row["part"] = part
+            row["transform"] = transforms[part]
+        if keys.far:
+            row["far"] = keys.far
+        if keys.near:
+            row["near"] = keys.near
         nodes.append(row)
     return nodes
 

@@ -16,7 +16,10 @@ from simplifier.hierarchy.node_plan import is_key
 from simplifier.hierarchy.packing import WeldedMesh
 from simplifier.io.files import read_bytes, remove_drafts, write_whole
 from simplifier.io.load import decode_occluder
+from simplifier.io.places import names_in
 from simplifier.io.save import occluder_bytes
+
+_SUFFIX = ".glb"
 
 
 @dataclass(frozen=True)
@@ -75,11 +78,12 @@ class OccluderStore:
         """Raises ValueError for what is no key, which might lead out of the folder."""
         if not is_key(key):
             raise ValueError(f"{key!r} is not a key of an occluder")
-        return self.folder / f"{key}.glb"
+        return self.folder / f"{key}{_SUFFIX}"
 
     def keys(self) -> set[str]:
         """All that are there, damaged ones included."""
-        return {path.stem for path in self.folder.glob("*.glb") if is_key(path.stem)}
+        names = (name for name in names_in(self.folder) if name.endswith(_SUFFIX))
+        return {key for name in names if is_key(key := name.removesuffix(_SUFFIX))}
 
     def write(self, key: str, file: OccluderFile) -> Summary:
         """Raises :class:`~simplifier.errors.OutputError`."""

@@ -5,6 +5,7 @@ The bytes of an input file, or a refusal that says why there are none.
 
 from __future__ import annotations
 
+import fnmatch
 import os
 import stat
 import time
@@ -13,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from simplifier.errors import OccluderError, OutputError, UnreadableMeshError
-from simplifier.io.places import followed, is_file, is_folder, is_there
+from simplifier.io.places import followed, is_file, is_folder, is_there, names_in
 
 _DRAFT = ".occluder-*.tmp"
 
@@ -108,7 +109,8 @@ def remove_drafts(folder: Path, *, idle: float = 0.0) -> None:
     ``idle``  seconds for which a draft has to be as it is: more than 0 where other processes may
               be writing there.
     """
-    for draft in folder.glob(_DRAFT):
+    for name in fnmatch.filter(names_in(folder), _DRAFT):
+        draft = folder / name
         with suppress(OSError):  # its writer was quicker
             if max(0.0, time.time() - draft.stat().st_mtime) >= idle:
                 draft.unlink()

@@ -22,6 +22,14 @@ def is_there(path: Path) -> bool:
     return os.path.exists(path)  # noqa: PTH110
 
 
+def names_in(folder: Path) -> list[str]:
+    """Of all that lies in a folder, in any order; in a tenth of the time of :meth:`Path.glob`."""
+    try:
+        return os.listdir(folder)  # noqa: PTH208
+    except (OSError, ValueError):
+        return []
+
+
 def followed(path: Path) -> Path:
     """The absolute path that its links lead to; of those that lead in a circle, as it stands."""
     return Path(os.path.realpath(path))

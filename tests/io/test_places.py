@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from simplifier.io.places import followed, is_file, is_folder, is_there
+from simplifier.io.places import followed, is_file, is_folder, is_there, names_in
 from tests.acceptance.command import ROOT
 
 
@@ -30,6 +30,12 @@ def test_what_stands_there(places):
     assert of(is_file) == {"file", "to_file"}
     assert of(is_folder) == {"folder", "to_folder"}
     assert of(is_there) == {"file", "to_file", "folder", "to_folder"}
+
+
+def test_what_lies_there(places):
+    (places["folder"] / "within").write_bytes(b"x")
+    for name, path in places.items():
+        assert names_in(path) == (["within"] if name in ("folder", "to_folder") else [])
 
 
 def test_what_is_in_a_closed_folder_is_not_seen(places, monkeypatch):

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import orjson
+import orjson  # json takes ten times as long to write the numbers of a scene, and twice to read them
 from numpy.typing import NDArray
 
 from simplifier.checks import as_path
@@ -72,7 +72,6 @@ def write_manifest(folder: Path, scene: Scene, options: SceneOptions, build: Bui
         },
         "warnings": [*scene.warnings, *build.warnings],
     }
-    # A scene is hundreds of thousands of numbers, which json takes ten times as long to write.
     text = orjson.dumps(document).replace(b'},{"bounds"', b'},\n{"bounds"')
     write_whole(folder / SCENE_FILE, text)
     occluder_store(folder).keep_only(build.summaries)
@@ -177,7 +176,7 @@ def _document(folder: Path) -> dict[str, Any]:
         raise SceneError(f"there is no {SCENE_FILE}", where=str(folder), remedy=remedy)
     data = read_bytes(path, error=SceneError, remedy=remedy)
     try:
-        document = json.loads(data)
+        document = _parsed(data)
     except (ValueError, RecursionError):
         raise _damage(path, "it is not JSON") from None
     if not isinstance(document, dict):
@@ -190,6 +189,14 @@ def _document(folder: Path) -> dict[str, Any]:
             remedy="build the scene again",
         )
     return document
+
+
+def _parsed(data: bytes) -> Any:
+    """Raises ValueError or RecursionError for what is not JSON."""
+    try:
+        return orjson.loads(data)
+    except ValueError:
+        return json.loads(data)  # this takes NaN and infinity, whose place is named later
 
 
 def _read_occluders(

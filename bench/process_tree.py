@@ -7,8 +7,10 @@ import resource
 import subprocess
 import time
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event
 
 from bench.machine import ROOT
 
@@ -35,23 +37,33 @@ def run_command(command: Sequence[str], variables: Mapping[str, str] | None = No
     ``variables`` are set in its environment.
     """
     begin, before = time.perf_counter(), _children_seconds()
-    peak, due = 0, begin
-    with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=ROOT,
-        env=_environment(variables or {}),
-    ) as process:  # fmt: skip
-        while process.poll() is None:
-            now = time.perf_counter()
-            if now >= due:
-                peak = max(peak, sum(_kib(pid) for pid in _tree(process.pid)))
-                due = now + max(_GLANCE, (time.perf_counter() - now) / _SHARE)
-            time.sleep(_GLANCE)
-        seconds = time.perf_counter() - begin
-        assert process.stdout is not None
-        output = process.stdout.read()
+    with (
+        ThreadPoolExecutor(1) as watcher,
+        subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=ROOT,
+            env=_environment(variables or {}),
+        ) as process,
+    ):  # fmt: skip
+        ended = Event()
+        peak = watcher.submit(_peak_kib, process.pid, ended)
+        try:
+            output, _ = process.communicate()  # which ends as soon as the command does
+            seconds = time.perf_counter() - begin
+        finally:
+            ended.set()
     if process.returncode:
         raise subprocess.CalledProcessError(process.returncode, command, output)
-    return Run(seconds, _children_seconds() - before, peak / 1024.0, output)
+    return Run(seconds, _children_seconds() - before, peak.result() / 1024.0, output)
+
+
+def _peak_kib(root: int, ended: Event) -> int:
+    """The most memory that a process and all below it were seen to have until they ended."""
+    peak, pause = 0, 0.0
+    while not ended.wait(pause):
+        begin = time.perf_counter()
+        peak = max(peak, sum(_kib(pid) for pid in _tree(root)))
+        pause = max(_GLANCE, (time.perf_counter() - begin) / _SHARE)
+    return peak
 
 
 def _environment(variables: Mapping[str, str]) -> dict[str, str]:

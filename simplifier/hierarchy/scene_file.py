@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import orjson  # json takes ten times as long to write the numbers of a scene, and twice to read them
+import orjson  # json takes ten times as long to write a scene's numbers, and twice to read them
 from numpy.typing import NDArray
 
 from simplifier.checks import as_path

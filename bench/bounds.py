@@ -8,6 +8,7 @@ seconds, with ``error_share``, and with the resolution at which any occluder kee
 
 from __future__ import annotations
 
+import argparse
 import time
 from typing import Any
 
@@ -26,6 +27,7 @@ SHARES = (0.03, 0.02, 0.01)
 
 def main() -> None:
     """Print a line a mesh and bound."""
+    argparse.ArgumentParser(prog="python -m bench.bounds", description=__doc__).parse_args()
     for name, options in MESHES:
         mesh = simplifier.load(ASSETS / name)
         for share in SHARES:

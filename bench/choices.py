@@ -7,7 +7,7 @@ draw their conclusions from this table.
 
 from __future__ import annotations
 
-import sys
+import argparse
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import Any
@@ -62,8 +62,10 @@ VARIANTS: dict[str, dict[str, Any]] = {
 
 
 def main() -> None:
-    """Print the table as Markdown; words of the command line choose variants that hold one."""
-    words = sys.argv[1:]
+    """Print the table as Markdown."""
+    parser = argparse.ArgumentParser(prog="python -m bench.choices", description=__doc__)
+    parser.add_argument("words", nargs="*", help="only variants whose names hold one of these")
+    words = parser.parse_args().words
     warm_up()
     meshes = [(stand_in, load_stand_in(stand_in)) for stand_in in STAND_INS if not stand_in.missing]
     print("| variant | " + " | ".join(item.name for item, _ in meshes) + " |")

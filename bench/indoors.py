@@ -9,6 +9,7 @@ from the surface, and recall, overhang and seconds of both.
 
 from __future__ import annotations
 
+import argparse
 import time
 
 import numpy as np
@@ -31,6 +32,7 @@ _AWAY = 2.0  # voxels
 
 def main() -> None:
     """Print a line a mesh and kind of viewers."""
+    argparse.ArgumentParser(prog="python -m bench.indoors", description=__doc__).parse_args()
     for name, up in MESHES:
         mesh = simplifier.load(ASSETS / name)
         made, seconds = {}, {}

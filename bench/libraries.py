@@ -6,6 +6,7 @@ that it imports included, the time is the second's.  ``docs/decisions/0015`` dra
 
 from __future__ import annotations
 
+import argparse
 import json
 import subprocess
 import sys
@@ -23,17 +24,27 @@ from bench.record import Row, told, write_page, write_table
 from simplifier.geometry.mesh import FloatArray, IntArray
 
 RESULTS = Path("bench/results")
-_DRAGON = ASSETS / "dragon_871k.ply"
+DRAGON = ASSETS / "dragon_871k.ply"
 _L_SHAPE = np.array([[2, 0], [2, 1], [1, 1], [1, 2], [0, 2], [0, 0]], dtype=np.float64)
 
 
 def main() -> None:
-    """Run all cases and write the table."""
+    """Run all cases and write the table, or one of them and print it."""
+    parser = argparse.ArgumentParser(prog="python -m bench.libraries", description=__doc__)
+    parser.add_argument("case", nargs="*", help=argparse.SUPPRESS)  # for its own processes
+    case = parser.parse_args().case
+    if case:
+        print(json.dumps(_measure(*case)))
+    else:
+        _compare()
+
+
+def _compare() -> None:
     rows: list[Row] = []
     with tempfile.TemporaryDirectory() as folder:
         for write in (_threemf, _collada):  # here, so that no case counts what writing takes
             write(Path(folder))
-        for what, cases in _CASES.items():
+        for what, cases in CASES.items():
             for name in cases:
                 command = [sys.executable, "-m", "bench.libraries", what, name, folder]
                 done = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -44,7 +55,7 @@ def main() -> None:
 
 
 def _measure(what: str, name: str, folder: str) -> dict[str, Any]:
-    make, given = _CASES[what][name], _INPUTS[what](Path(folder))
+    make, given = CASES[what][name], INPUTS[what](Path(folder))
     before = _start_peak()
     make(given)
     grown = _status("VmHWM") - before
@@ -122,13 +133,13 @@ def _solid(folder: Path) -> Any:
     from simplifier.steps.solid import solidify
 
     watch = Stopwatch(lambda progress: None)
-    return solidify(simplifier.load(_DRAGON), SolidOptions(resolution=256), watch).filled
+    return solidify(simplifier.load(DRAGON), SolidOptions(resolution=256), watch).filled
 
 
 def _points(folder: Path) -> FloatArray:
     import simplifier
 
-    return simplifier.load(_DRAGON).vertices
+    return simplifier.load(DRAGON).vertices
 
 
 def _star(folder: Path) -> FloatArray:
@@ -166,9 +177,10 @@ def _by_trimesh(path: Path) -> str:
 
 
 def _surface_nets(solid: Any) -> str:
+    from simplifier.geometry.room import WHOLE
     from simplifier.refinement.starts import inner_surface
 
-    vertices, faces = inner_surface(solid)
+    vertices, faces = inner_surface(np.where(solid.inside, WHOLE, 0).astype(np.uint8))
     return _surface_words(vertices, faces)
 
 
@@ -233,7 +245,7 @@ def _earcut_of_trimesh(star: FloatArray) -> str:
     return f"{len(faces)} triangles"
 
 
-_INPUTS: dict[str, Callable[[Path], Any]] = {
+INPUTS: dict[str, Callable[[Path], Any]] = {
     "read 3MF": _threemf,
     "read COLLADA": _collada,
     "surface of a solid": _solid,
@@ -241,7 +253,7 @@ _INPUTS: dict[str, Callable[[Path], Any]] = {
     "convex hull": _points,
     "cut a polygon": _star,
 }
-_CASES: dict[str, dict[str, Callable[[Any], str]]] = {
+CASES: dict[str, dict[str, Callable[[Any], str]]] = {
     "read 3MF": {"simplifier": _ours, "trimesh": _by_trimesh},
     "read COLLADA": {"simplifier": _ours, "trimesh": _by_trimesh},
     "surface of a solid": {"simplifier": _surface_nets, "scikit-image": _marching_cubes},
@@ -251,7 +263,4 @@ _CASES: dict[str, dict[str, Callable[[Any], str]]] = {
 }
 
 if __name__ == "__main__":
-    if sys.argv[1:]:
-        print(json.dumps(_measure(*sys.argv[1:])))
-    else:
-        main()
+    main()

@@ -12,6 +12,7 @@ that has this library::
 
 from __future__ import annotations
 
+import argparse
 import json
 import subprocess
 import sys
@@ -178,6 +179,7 @@ def _turned(face: list[int]) -> tuple[int, ...]:
 
 def main() -> None:
     """Write the table and show it."""
+    argparse.ArgumentParser(prog="python -m bench.readers", description=__doc__).parse_args()
     occluder = simplifier.simplify(castle(), budget=64, ground=True).occluder
     with tempfile.TemporaryDirectory() as folder:
         rows = list(answers(occluder, Path(folder)))

@@ -6,6 +6,7 @@ decide what is inside, beside scipy's distance transform.  ``docs/decisions/0005
 
 from __future__ import annotations
 
+import argparse
 import time
 from collections.abc import Callable
 from typing import Any
@@ -90,4 +91,5 @@ def _seconds(step: Callable[[], object]) -> float:
 
 
 if __name__ == "__main__":
+    argparse.ArgumentParser(prog="python -m bench.scene", description=__doc__).parse_args()
     main()

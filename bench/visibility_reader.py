@@ -8,6 +8,7 @@ microsecond and a set written within five.
 
 from __future__ import annotations
 
+import argparse
 import shutil
 import subprocess
 import tempfile
@@ -95,6 +96,8 @@ def _compiled(folder: Path) -> Path:
 
 def main() -> None:
     """Show the times."""
+    parser = argparse.ArgumentParser(prog="python -m bench.visibility_reader", description=__doc__)
+    parser.parse_args()
     for row in reader_times():
         print(
             f"{row['us']:9.3f} us  {row['task']} ({row['visible objects']}, {row['bytes']} bytes)"

@@ -14,6 +14,7 @@ from bench import (
     decimated,
     growth,
     kernels,
+    libraries,
     lods,
     meshes,
     methods,
@@ -317,3 +318,23 @@ def test_inner_boxes_of_an_open_ball_hide_nothing_wrongly():
         assert (found.precision, found.overhang.mean) == (1.0, 0.0)
         recalls.append(found.recall)
     assert 0.1 < recalls[0] < recalls[1]
+
+
+@pytest.fixture(scope="module")
+def small_dragon(tmp_path_factory):
+    """A folder with a generated solid in place of the dragon."""
+    folder = tmp_path_factory.mktemp("libraries")
+    solid = meshes.bumpy_sphere(400)
+    trimesh.Trimesh(solid.vertices, solid.faces, process=False).export(folder / "dragon.ply")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("what", "name"),
+    [(what, name) for what, cases in libraries.CASES.items() for name in cases],
+)
+def test_libraries_do_what_they_are_compared_in(small_dragon, monkeypatch, what, name):
+    pytest.importorskip("skimage" if name == "scikit-image" else "trimesh")
+    monkeypatch.setattr(libraries, "DRAGON", small_dragon / "dragon.ply")
+    found = libraries.CASES[what][name](libraries.INPUTS[what](small_dragon))
+    assert int(found.split()[0]) > 0, found

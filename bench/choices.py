@@ -19,13 +19,15 @@ from simplifier.accuracy.occlusion import occlusion_measures
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.options.stages import Options, RefineOptions, make_options
 from simplifier.pipeline import simplify_mesh
-from simplifier.refinement import annealing
+from simplifier.refinement import annealing, search
 from simplifier.selection import exchange
 from simplifier.warmup import warm_up
 
 CUT_ONLY = {"preset": "best", "moves": 0}
 
-_CONSTANTS = {"_POWERS": exchange, "_HEATS": annealing, "_STEPS": annealing}
+CONSTANTS = {
+    "_POWERS": exchange, "TOGETHER": search, "_LAST_HEAT": annealing, "_STEPS": annealing,
+}  # fmt: skip
 
 VARIANTS: dict[str, dict[str, Any]] = {
     "cut as published: greedy, trim by area": {**CUT_ONLY, "trim": "area"},
@@ -54,8 +56,11 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "balanced, overcover 1": {"refine": {"overcover": 1.0}},
     "balanced, overcover 2": {"refine": {"overcover": 2.0}},
     "balanced, no aim for the precision": {"refine": {"precision": 0.0}},
-    "balanced, hill climbing": {"_HEATS": (1e-12, 1e-12)},
-    "balanced, four times as hot": {"_HEATS": (2e-3, 8e-5)},
+    "balanced, hill climbing": {"TOGETHER": 1e-12, "_LAST_HEAT": 1e-12},
+    "balanced, four times as hot": {
+        "TOGETHER": 4.0 * annealing.TOGETHER,
+        "_LAST_HEAT": 4.0 * annealing._LAST_HEAT,
+    },
     "balanced, from sections alone": {"refine": {"decimated": False}},
     "balanced, steps to 0.1 voxels": {"_STEPS": (6.0 / 64.0, 0.1 / 64.0)},
 }
@@ -79,18 +84,17 @@ def main() -> None:
 
 def _cell(mesh: TriangleMesh, typed: dict[str, Any], changes: dict[str, Any]) -> str:
     with ExitStack() as stack:
-        for constant, module in _CONSTANTS.items():
+        for constant in CONSTANTS:
             if constant in changes:
-                stack.enter_context(patch.object(module, constant, changes[constant]))
-        varied = _options(mesh, typed, changes)
-        occluder = simplify_mesh(mesh, varied).occluder
+                stack.enter_context(patch.object(CONSTANTS[constant], constant, changes[constant]))
+        occluder = simplify_mesh(mesh, varied(mesh, typed, changes)).occluder
     report = simplifier.evaluate(mesh, occluder, exact=True).accuracy
     ratio = occlusion_measures(mesh, occluder).ratio
     seconds = sum(occluder.timings.values())
     return f"{report.recall:.1%} at {report.precision:.2%}, M {ratio:.1%}, {seconds:.2f} s"
 
 
-def _options(mesh: TriangleMesh, typed: dict[str, Any], changes: dict[str, Any]) -> Options:
+def varied(mesh: TriangleMesh, typed: dict[str, Any], changes: dict[str, Any]) -> Options:
     named = {key: changes[key] for key in ("preset", "moves", "trim") if key in changes}
     options = make_options(float(mesh.extent.max()), **typed, **named)
     refine: RefineOptions = replace(options.refine, **changes.get("refine", {}))

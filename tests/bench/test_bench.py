@@ -11,6 +11,7 @@ import trimesh
 
 import simplifier
 from bench import (
+    choices,
     decimated,
     growth,
     kernels,
@@ -275,6 +276,17 @@ def test_scene(tiny_stand_in, monkeypatch, capsys):
     assert [row.count("at 100.00%") for row in recalls.splitlines()] == [0, 0, 2, 2]
     assert recalls.splitlines()[0] == "| variant | bumpy sphere | bunny_4968 |"
     assert times.splitlines()[-1].startswith("| 8 | ")
+
+
+@pytest.mark.parametrize("name", choices.VARIANTS)
+def test_each_choice_is_one_of_the_search(name):
+    """One that was renamed there used to end the table with a traceback."""
+    mesh, changes = meshes.bumpy_sphere(48), choices.VARIANTS[name]
+    plain, varied = (choices.varied(mesh, {"budget": 8}, one) for one in ({}, changes))
+    constants = {name for name in changes if name in choices.CONSTANTS}
+    assert varied != plain or constants or name == "refined, balanced"
+    for constant in constants:
+        assert getattr(choices.CONSTANTS[constant], constant) != changes[constant]
 
 
 @pytest.mark.slow

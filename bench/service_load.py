@@ -40,6 +40,7 @@ from bench.record import Row, told, write_page, write_table
 from bench.service_process import Served, served
 from bench.times import met
 from service.client import Client, ClientError
+from service.engines.work.report_files import PICTURE_SIZE
 from service.settings import processors
 
 RESULTS = Path("bench/results")
@@ -147,7 +148,8 @@ def upload_rows(arguments: argparse.Namespace) -> Iterator[Row]:
 
 
 def overhead_rows(arguments: argparse.Namespace) -> Iterator[Row]:
-    """From bytes to the occluder's bytes; both write all formats, the report and the pictures."""
+    """From bytes to the occluder's bytes; both write all formats, the mesh, the report and all
+    pictures."""
     del arguments
     for triangles, preset in ((500, "draft"), (5000, "balanced")):
         with served(workers=1, draw_at_once=True) as server:
@@ -339,12 +341,17 @@ def _by_library(data: bytes, preset: str) -> float:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         (folder / "mesh.obj").write_bytes(data)
-        mesh = simplifier.load(folder / "mesh.obj")
         options = simplifier.SimplifyOptions.of({"preset": preset, "lods": 3})
+        simplifier.check_file(folder / "mesh.obj", options, pictures=True, viewing=True)
+        mesh = simplifier.load(folder / "mesh.obj")
         product = simplifier.simplify(mesh, options).measure()
         for suffix in simplifier.OCCLUDER_SUFFIXES:
             product.save(folder / f"occluder{suffix}")
-        product.write_pictures(folder, "mesh.obj")
+        simplifier.save_for_viewing(mesh, folder / "original.glb")
+        simplifier.Viewpoint(mesh, size=PICTURE_SIZE, up=options.up).picture(product.occluder)
+        report = product.report()
+        (folder / "report.json").write_text(json.dumps(report, indent=2))
+        product.write_pictures(folder, "mesh.obj", report)
         (folder / "occluder.glb").read_bytes()
     return time.perf_counter() - begin
 

@@ -192,10 +192,7 @@ class TriangleMesh:
             raise EmptyMeshError(
                 "the mesh has no triangle", where=where, remedy="export it with faces"
             )
-        unusable: dict[str, IndexArray] = {}
-        usable = np.ones(len(indices), dtype=np.bool_)
-        if not _are_all_usable(points, indices):
-            usable, unusable = _usable_triangles(points, indices)
+        usable, unusable = _usable_triangles(points, indices)
         if not usable.any():
             raise EmptyMeshError(
                 f"none of the {len(indices)} triangles has a finite, non-zero area",
@@ -304,15 +301,6 @@ def _blocks(count: int, size: int = _BLOCK) -> Iterator[slice]:
     """The range 0..count in pieces whose temporary arrays are small beside the mesh."""
     for begin in range(0, count, size):
         yield slice(begin, min(begin + size, count))
-
-
-def _are_all_usable(points: FloatArray, indices: IndexArray) -> bool:
-    """Whether every face has a finite, non-zero area, as in most meshes."""
-    return bool((np.abs(points) < _FINITE).all()) and all(
-        not repeats_a_corner(indices[some]).any()
-        and have_area(points.take(indices[some], axis=0)).all()
-        for some in _blocks(len(indices), _ROWS)
-    )
 
 
 def _usable_triangles(

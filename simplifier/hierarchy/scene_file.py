@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 import orjson  # json takes ten times as long to write a scene's numbers, and twice to read them
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from simplifier.checks import as_path
 from simplifier.errors import MeshError, OptionError, SceneError
@@ -72,18 +72,30 @@ def write_manifest(folder: Path, scene: Scene, options: SceneOptions, build: Bui
         },
         "warnings": [*scene.warnings, *build.warnings],
     }
-    text = orjson.dumps(document).replace(b'},{"bounds"', b'},\n{"bounds"')
-    write_whole(folder / SCENE_FILE, text)
+    write_whole(folder / SCENE_FILE, _text(document))
     occluder_store(folder).keep_only(build.summaries)
 
 
+def _text(document: Mapping[str, Any]) -> bytes:
+    """orjson writes the nodes alone: names from Python may have characters that it refuses."""
+    parts = {
+        name: value
+        if name == "nodes"
+        else orjson.Fragment(json.dumps(value, separators=(",", ":"), allow_nan=False))
+        for name, value in document.items()
+    }
+    return orjson.dumps(parts).replace(b'},{"bounds"', b'},\n{"bounds"')
+
+
 def _nodes(build: Build) -> list[dict[str, Any]]:
+    """Raises ValueError for numbers that are not finite, for which orjson would write null."""
     tree, parts = build.tree, build.parts
-    starts = tree.order[tree.spans[:, 0]].tolist()
-    objects, transforms = parts.object_of.tolist(), parts.scene.transforms[:, :3].tolist()
+    boxes = _numbers(tree.bounds, (2, 3), "bounds").tolist()
+    transforms = _numbers(parts.scene.transforms[:, :3], (3, 4), "transform").tolist()
+    objects, starts = parts.object_of.tolist(), tree.order[tree.spans[:, 0]].tolist()
     nodes = []
     for bounds, children, part, keys in zip(
-        tree.bounds.tolist(), tree.children.tolist(), starts, build.keys, strict=True
+        boxes, tree.children.tolist(), starts, build.keys, strict=True
     ):
         row: dict[str, Any] = {"bounds": bounds}
         if children[1]:
@@ -367,7 +379,7 @@ def _depth_first(
     return order, np.column_stack([starts, starts + np.array(sizes, dtype=np.int32)])
 
 
-def _numbers(values: list[Any], shape: tuple[int, ...], name: str) -> FloatArray:
+def _numbers(values: ArrayLike, shape: tuple[int, ...], name: str) -> FloatArray:
     """(n, *shape) float64, finite."""
     found = _array(values, shape, "if")
     if found is None or not np.isfinite(found).all():
@@ -392,7 +404,7 @@ _OF_SUMMARY = {
 }
 
 
-def _array(values: list[Any], shape: tuple[int, ...], kinds: str) -> NDArray[Any] | None:
+def _array(values: ArrayLike, shape: tuple[int, ...], kinds: str) -> NDArray[Any] | None:
     """(n, *shape) of one of numpy's kinds of numbers; None where the values are none such."""
     try:
         found = np.array(values)

@@ -206,11 +206,9 @@ class JsonObject:
     def integer(self, key: str, default: int | None = None) -> int:
         """A whole number from 0 on; ``default`` when absent, an error when that is None."""
         value = self.members.get(key, default)
-        if type(value) is int and 0 <= value <= _LARGEST:  # nearly always, and there are many
-            return value
         if isinstance(value, float) and value.is_integer():
             value = int(value)
-        if not isinstance(value, int) or isinstance(value, bool) or not 0 <= value <= _LARGEST:
+        if type(value) is not int or not 0 <= value <= _LARGEST:  # True is of another type
             raise self.fail(f"'{key}' is not a whole number from 0 on")
         return value
 

@@ -283,7 +283,7 @@ def test_each_choice_is_one_of_the_search(name):
     """One that was renamed there used to end the table with a traceback."""
     mesh, changes = meshes.bumpy_sphere(48), choices.VARIANTS[name]
     plain, varied = (choices.varied(mesh, {"budget": 8}, one) for one in ({}, changes))
-    constants = {name for name in changes if name in choices.CONSTANTS}
+    constants = choices.CONSTANTS.keys() & changes
     assert varied != plain or constants or name == "refined, balanced"
     for constant in constants:
         assert getattr(choices.CONSTANTS[constant], constant) != changes[constant]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,12 @@ from jsonschema import Draft202012Validator
 from simplifier.errors import SceneError
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import FAR, NEAR
-from simplifier.hierarchy.scene_file import load_occluder_tree, occluder_store, read_earlier
+from simplifier.hierarchy.scene_file import (
+    load_occluder_tree,
+    occluder_store,
+    read_earlier,
+    write_manifest,
+)
 from tests.hierarchy.builds import built, files
 from tests.hierarchy.scenes import QUICK, fine_box, moved, scene_of, street, turned
 
@@ -132,6 +138,32 @@ def test_a_scene_of_one_object(tmp_path):
     tree = load_occluder_tree(tmp_path)
     assert len(tree.tree) == len(build.tree) == 1
     assert tree.occluder_of[0, NEAR] >= 0
+
+
+def test_a_name_that_python_alone_can_hold(tmp_path):
+    """Half of a character that takes two: to write it ended a build with a traceback."""
+    scene = replace(scene_of([fine_box()], [0], [moved()]), names=("half \ud800",))
+    built(scene, tmp_path)
+    assert load_occluder_tree(tmp_path).objects == scene.names
+
+
+@pytest.mark.parametrize("what", ["bounds", "transform", "radius"])
+def test_no_manifest_says_null_for_a_number(tmp_path, what):
+    scene = street(3)
+    build = built(scene, tmp_path)
+    before = files(tmp_path)
+    if what == "bounds":
+        build = replace(build, tree=replace(build.tree, bounds=build.tree.bounds * np.nan))
+    elif what == "transform":
+        parts = replace(build.parts.scene, transforms=build.parts.scene.transforms * np.inf)
+        build = replace(build, parts=replace(build.parts, scene=parts))
+    else:
+        key, summary = min(build.summaries.items())
+        damaged = {key: replace(summary, radius=np.nan)}
+        build = replace(build, summaries={**build.summaries, **damaged})
+    with pytest.raises(ValueError, match=r"finite|JSON compliant"):
+        write_manifest(tmp_path, scene, QUICK, build)
+    assert files(tmp_path) == before
 
 
 def test_summaries_come_back(whole):

@@ -14,6 +14,7 @@ from service.jobs.stores import BlobStore
 from tests.service.storage.blobs.blob_store_contract import blob_of
 
 _SECONDS = 60.0
+_ROUNDS = (1, 4, 16, 64)
 
 
 class Rows:
@@ -26,6 +27,7 @@ class Rows:
         self._commit_by = commit_by
         self.lock = threading.Lock()
         self.names: Counter[str] = Counter()
+        self.told = 0
 
     def commit(self, blob: Blob) -> None:
         self._commit_by(blob)
@@ -38,7 +40,9 @@ class Rows:
 
     def unnamed(self, digests: Collection[str]) -> set[str]:
         with self.lock:
-            return set(digests).difference(+self.names)
+            unnamed = set(digests).difference(+self.names)
+            self.told += len(unnamed)
+            return unnamed
 
 
 def race(
@@ -48,13 +52,26 @@ def race(
     sweep: Callable[[], int],
     least: int,
 ) -> None:
-    """Until sweeps have removed as many blobs; fails where one took what a row names."""
+    """Until sweeps have removed as many blobs, and have spared twice as many that no row named at
+    that moment; fails where one took what a row names.
+
+    A sweep spares what somebody has touched since it began.  So after some rounds, few or many,
+    each thread waits for a sweep to end: else those of a fast machine touch all during each.
+    """
     faults: list[BaseException] = []
     stop = threading.Event()
+    swept = threading.Condition()
 
     def work(seed: int) -> None:
         chance = random.Random(seed)
+        rounds = 0
         while not stop.is_set():
+            if rounds == 0:
+                with swept:
+                    if not stop.is_set():
+                        swept.wait()
+                rounds = chance.choice(_ROUNDS)
+            rounds -= 1
             data, store = chance.choice(contents), chance.choice(stores)
             blob = blob_of(data)
             try:
@@ -76,10 +93,19 @@ def race(
     for thread in threads:
         thread.start()
     deadline = time.monotonic() + _SECONDS
-    while removed < least and not faults and time.monotonic() < deadline:
-        removed += sweep()
-    stop.set()
-    for thread in threads:
-        thread.join()
+    try:
+        while not faults and time.monotonic() < deadline:
+            removed += sweep()
+            if removed >= least and rows.told - removed >= 2 * least:
+                break
+            with swept:
+                swept.notify_all()
+    finally:
+        with swept:
+            stop.set()
+            swept.notify_all()
+        for thread in threads:
+            thread.join()
     assert faults == []
     assert removed >= least  # else nothing was put to the test
+    assert rows.told - removed >= 2 * least

@@ -14,7 +14,7 @@ from service.storage.blobs.file_blobs import FileBlobs
 from tests.service.storage.blobs.racing import Rows, race
 
 
-@pytest.mark.parametrize("removed", [30, pytest.param(120, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("removed", [100, pytest.param(1000, marks=pytest.mark.slow)])
 def test_no_sweep_takes_what_a_row_names(tmp_path, removed):
     """Few contents and many threads, so that all meet at the same blobs all the time."""
     store, rows = FileBlobs(tmp_path), Rows()

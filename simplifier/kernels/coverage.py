@@ -74,9 +74,9 @@ class Known(Protocol):
         vertices: NDArray[np.float64],
         faces: NDArray[np.int32],
         projections: NDArray[np.float64],
-        image: int,
+        image: tuple[int, int],
     ) -> MaskArray | None:
-        """Its silhouettes, ``image`` pixels a side, if they are known."""
+        """Its silhouettes of ``image`` rows and columns, if they are known."""
 
 
 def coverage_masks(

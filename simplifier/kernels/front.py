@@ -83,7 +83,7 @@ def front_pixels(
         table = edge_table(points, faces) if known is None else known.table_of(points, faces)
         if table.pays(image * image):
             flat = np.ascontiguousarray(views[:, :2])
-            shown = None if known is None else known.masks_of(points, faces, flat, image)
+            shown = None if known is None else known.masks_of(points, faces, flat, (image, image))
             if shown is None:
                 shown = np.zeros((len(views), image, (image + 63) >> 6), dtype=np.uint64)
                 draw_by_contours(table, flat, image, shown)

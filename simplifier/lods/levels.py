@@ -23,6 +23,8 @@ from dataclasses import dataclass, field, replace
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.deviation import SLACK, deviation_from_solid
 from simplifier.device.choice import open_device
+from simplifier.device.device import Device
+from simplifier.device.remembering import remembering, rest
 from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import LeftOut, Level, LodChain, Occluder
@@ -106,6 +108,7 @@ class _Making:
     def __post_init__(self) -> None:
         self.begin = time.perf_counter()
         self.deadline = Deadline.after(self.plan.levels[0].time_limit)
+        self.device = remembering(open_device(self.plan.levels[0].device))
 
     def why_not(self) -> str:
         """Why no further level can be made; empty when it can."""
@@ -133,7 +136,8 @@ class _Making:
             self.warnings = tuple(dict.fromkeys([*self.warnings, *made.warnings]))
         watch = Stopwatch(listener)
         with watch.stage("accuracy"):
-            level = judge_level(self.mesh, made, options)
+            level = judge_level(self.mesh, made, options, self.device)
+            rest(self.device)
             self.kept, left_out = add_coarser(self.kept, level, self.mesh)
             self.left_out += left_out
         self.judging = watch.timings["accuracy"]
@@ -245,7 +249,7 @@ class Kept:
     figures: LevelFigures
 
 
-def judge_level(mesh: TriangleMesh, made: Simplification, options: Options) -> Kept:
+def judge_level(mesh: TriangleMesh, made: Simplification, options: Options, device: Device) -> Kept:
     """Measure what was made with the options: deviation, precision, recall."""
     found = evaluate_accuracy(
         mesh, made.occluder,
@@ -253,7 +257,7 @@ def judge_level(mesh: TriangleMesh, made: Simplification, options: Options) -> K
             _VIEWS, _IMAGE, seed=options.seed, exact=True, viewers=options.solid.viewers,
             up=options.solid.up,
         ),
-        device=open_device(options.device),
+        device=device,
     )  # fmt: skip
     strays = deviation_from_solid(made.occluder, mesh, made.solid)
     level = Level(made.occluder, options.solid.resolution, strays)

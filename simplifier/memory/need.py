@@ -276,6 +276,13 @@ def views(size: MeshSize, count: int, image: int, occluders: int) -> int:
     return drawn + scratch + _masks(count, image, occluders)
 
 
+def remembered(size: MeshSize, count: int, image: int) -> int:
+    """A copy of the mesh's vertices, and silhouettes in two sizes, which are kept while the next
+    occluder of the mesh is made."""
+    pictures = (_masks(count, one, 0) for one in (image, _OVERHANG_IMAGE))
+    return _VERTEX * size.vertices + sum(min(kept, _MASKS_KEPT) for kept in pictures)
+
+
 def quads(count: int, image: int, occluders: int) -> int:
     """Masks, and of each thread three moments a pixel; a sample needs less, and may turn out to be
     noise, so that all quads are counted after all."""

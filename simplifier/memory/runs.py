@@ -18,11 +18,15 @@ from simplifier.options.stages import Options
 
 @dataclass(frozen=True)
 class Judging:
-    """How an occluder, or so many levels of detail, are judged."""
+    """How an occluder, or so many levels of detail, are judged.
+
+    ``again``  whether it goes on: the next is made, and judged in the same pictures of the mesh.
+    """
 
     views: int = 256
     image: int = 256
     levels: int = 1
+    again: bool = False
 
 
 def loading(vertices: int, triangles: int, decoding: int) -> MemoryNeed:
@@ -40,8 +44,14 @@ def solidifying(size: MeshSize, shape: Shape, cell_size: float, options: Options
     return MemoryNeed({"voxelize": stages.voxelize(shape), "fill": filling}).beside(size.held)
 
 
-def simplifying(size: MeshSize, shape: Shape, cell_size: float, options: Options) -> MemoryNeed:
-    """From a mesh in memory to its occluder.  ``cell_size`` in world units."""
+def simplifying(
+    size: MeshSize, shape: Shape, cell_size: float, options: Options, how: Judging | None = None
+) -> MemoryNeed:
+    """From a mesh in memory to its occluder.  ``cell_size`` in world units.
+
+    ``how``  those that were made before were judged, if any was.
+    """
+    kept = stages.remembered(size, how.views, how.image) if how is not None and how.again else 0
     solid = stages.solid(shape, options)
     made: dict[str, int] = {}
     if options.sections.slicer == "gl":
@@ -49,7 +59,7 @@ def simplifying(size: MeshSize, shape: Shape, cell_size: float, options: Options
     made["sections"] = solid + stages.sections(shape, options.sections)
     made["refine"] = solid + stages.refine(size, shape, options)
     before = solidifying(size, shape, cell_size, options).beside(stages.finer(shape, options))
-    return before.joined(MemoryNeed(made).beside(size.held))
+    return before.joined(MemoryNeed(made).beside(size.held)).beside(kept)
 
 
 def seeing(size: MeshSize, how: Judging) -> MemoryNeed:
@@ -85,10 +95,10 @@ def size_of(mesh: TriangleMesh) -> MeshSize:
     return MeshSize(len(mesh.vertices), len(mesh.faces))
 
 
-def need_of_making(mesh: TriangleMesh, options: Options) -> MemoryNeed:
-    """From the mesh to its occluder."""
+def need_of_making(mesh: TriangleMesh, options: Options, how: Judging | None = None) -> MemoryNeed:
+    """From the mesh to its occluder; ``how`` as of :func:`simplifying`."""
     cell_size = float(mesh.extent.max()) / options.solid.resolution
-    return simplifying(size_of(mesh), _shape(mesh, options), cell_size, options)
+    return simplifying(size_of(mesh), _shape(mesh, options), cell_size, options, how)
 
 
 def need_of_solid(mesh: TriangleMesh, options: Options) -> MemoryNeed:
@@ -113,7 +123,7 @@ def check_making(
     machine's."""
 
     def need(chosen: Options) -> MemoryNeed:
-        making = need_of_making(mesh, chosen)
+        making = need_of_making(mesh, chosen, judged)
         return making if judged is None else making.joined(need_of_judging(mesh, chosen, judged))
 
     check_options(need, options, memory_limit)

@@ -33,7 +33,7 @@ def judging_of(chosen: Chosen) -> Judging:
     """What of a run's measure memory depends on; all levels that are asked for may be kept."""
     levels = chosen.levels if isinstance(chosen, SimplifyOptions) else None
     count = 1 if levels is None else levels.lods or len(levels.error_bounds or ())
-    return Judging(chosen.views, chosen.image, count)
+    return Judging(chosen.views, chosen.image, count, again=count > 1)
 
 
 def estimate_memory(
@@ -88,9 +88,12 @@ def _need(
 ) -> MemoryNeed:
     cell_size = float(extent.max()) / options.solid.resolution
     shape = grid_shape(extent, options.solid.resolution)
-    begin = solidifying if isinstance(chosen, EvaluateOptions) else simplifying
-    need = begin(size, shape, cell_size, options)
-    need = need.joined(judging(size, shape, options, judging_of(chosen)))
+    how = judging_of(chosen)
+    if isinstance(chosen, EvaluateOptions):
+        need = solidifying(size, shape, cell_size, options)
+    else:
+        need = simplifying(size, shape, cell_size, options, how)
+    need = need.joined(judging(size, shape, options, how))
     if drawn:
         need = need.joined(drawing(size, shape, options))
     return need.joined(showing(size)) if shown else need

@@ -17,6 +17,8 @@ from typing import Literal, NamedTuple, Protocol
 
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.overhang import measure_overhang
+from simplifier.device.device import PROCESSOR
+from simplifier.device.remembering import remembering, rest
 from simplifier.errors import CancelledError, OccluderError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -300,7 +302,7 @@ class _Run:
         mesh = self.mesh
         try:
             resolved = setting_options(self.options, setting, float(mesh.extent.max()))
-            check_making(mesh, resolved, self.options.memory_limit, Judging())
+            check_making(mesh, resolved, self.options.memory_limit, Judging(again=True))
             begin = time.perf_counter()
             result = simplify_mesh(mesh, resolved, cancel=cancel, overrides=self.overrides)
             seconds = time.perf_counter() - begin
@@ -339,12 +341,15 @@ class _Judge:
     def __init__(self, mesh: TriangleMesh, seed: int) -> None:
         self._mesh = mesh
         self._options = AccuracyOptions(seed=seed, exact=True)
+        self._device = remembering(PROCESSOR)
         self._known: dict[tuple[bytes, bytes], _Shares] = {}
 
     def shares(self, occluder: Occluder) -> _Shares:
         key = (occluder.vertices.tobytes(), occluder.faces.tobytes())
         if key not in self._known:
-            report = evaluate_accuracy(self._mesh, occluder, self._options)
-            overhang = measure_overhang(self._mesh, occluder, report.directions).mean
+            mesh, device = self._mesh, self._device
+            report = evaluate_accuracy(mesh, occluder, self._options, device=device)
+            overhang = measure_overhang(mesh, occluder, report.directions, device).mean
+            rest(device)
             self._known[key] = _Shares(report.precision, report.recall, overhang)
         return self._known[key]

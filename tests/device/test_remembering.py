@@ -7,7 +7,7 @@ import pytest
 
 from simplifier.device import remembering as module
 from simplifier.device.device import PROCESSOR, Processor
-from simplifier.device.remembering import remembering
+from simplifier.device.remembering import remembering, rest
 from simplifier.kernels import contours, front
 from tests import solids
 from tests.kernels.test_front_contours import HALF, looks
@@ -99,6 +99,54 @@ def test_a_mesh_that_another_thread_draws_meanwhile_takes_its_place_as_a_whole(f
     for mesh in meshes:
         np.testing.assert_array_equal(silhouettes(device, mesh), silhouettes(PROCESSOR, mesh))
         np.testing.assert_array_equal(fronts(device, mesh), fronts(PROCESSOR, mesh))
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Triangles of what was drawn, not remembered."""
+    drawn, draw = [], module.coverage_masks
+
+    def counted(vertices, faces, *arguments):
+        drawn.append(len(faces))
+        return draw(vertices, faces, *arguments)
+
+    monkeypatch.setattr(module, "coverage_masks", counted)
+    return drawn
+
+
+def test_a_picture_is_drawn_once_also_without_edges(drawn):
+    device, few = remembering(PROCESSOR), FLAT[:2]
+    silhouettes(device, RING, few)
+    silhouettes(device, solids.box(), few)
+    np.testing.assert_array_equal(silhouettes(device, RING, few), silhouettes(PROCESSOR, RING, few))
+    assert drawn == [len(RING.faces), len(solids.box().faces)]
+    assert device.known._mesh.table is None
+
+
+def test_who_rests_keeps_pictures_alone(made, drawn):
+    device = remembering(PROCESSOR)
+    first = silhouettes(device, RING)
+    rest(device)
+    assert device.known._mesh.table is None
+    np.testing.assert_array_equal(first, silhouettes(device, RING))
+    assert (made["edge_table"], len(drawn)) == (1, 1)
+    np.testing.assert_array_equal(
+        silhouettes(device, RING, FLAT * 2.0, 80), silhouettes(PROCESSOR, RING, FLAT * 2.0, 80)
+    )
+    silhouettes(device, RING, FLAT * 1.5, 60)
+    assert (made["edge_table"], len(drawn)) == (3, 3)  # one of them for who remembers nothing
+    rest(PROCESSOR)  # which has nothing to let go of
+
+
+def test_pictures_of_the_latest_sizes_are_kept(drawn):
+    device = remembering(PROCESSOR)
+    for image in (40, 41, 42, 43):
+        silhouettes(device, RING, FLAT, image)
+    for image in (43, 42, 41):
+        silhouettes(device, RING, FLAT, image)
+    assert len(drawn) == 4
+    silhouettes(device, RING, FLAT, 40)
+    assert len(drawn) == 5
 
 
 def test_large_pictures_are_not_kept(made, monkeypatch):

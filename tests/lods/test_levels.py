@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from simplifier.accuracy.deviation import SLACK, deviation
+from simplifier.device import remembering
 from simplifier.errors import CancelledError, OptionError
 from simplifier.geometry.occluder import Occluder
 from simplifier.lods import levels as making
@@ -32,6 +33,20 @@ def made_of(mesh, lods, listener=None, cancel=None, **options):
         **{**QUICK, "lods": lods.lods, "error_bounds": lods.error_bounds, **options},
     )
     return simplify_levels(mesh, plan_levels(longest, finest, lods), listener, cancel)
+
+
+def test_a_mesh_is_drawn_once_to_judge_all_levels(monkeypatch):
+    drawn, draw = [], remembering.coverage_masks
+
+    def counted(vertices, faces, projections, rows, *others):
+        drawn.append((len(faces), len(projections), rows))
+        return draw(vertices, faces, projections, rows, *others)
+
+    monkeypatch.setattr(remembering, "coverage_masks", counted)
+    mesh = torus()
+    made = made_of(mesh, LodOptions(lods=3), resolution=32, budget=48)
+    seen = drawn.count((len(mesh.faces), 64, 256))
+    assert (len(made.chain.levels), seen) == (3, 1)
 
 
 def check_chain(mesh, chain):

@@ -82,6 +82,17 @@ def test_a_hole_a_shrink_and_levels_cost_what_they_hold():
         assert other.stages["fill"] >= simplifying(size, shape, 1.0, plain).stages["fill"]
 
 
+def test_pictures_are_held_while_the_next_is_made():
+    size, shape, options = MeshSize(1_000_000, 2_000_000), (64, 64, 64), make_options(1.0)
+    alone = simplifying(size, shape, 1.0, options, Judging())
+    assert alone == simplifying(size, shape, 1.0, options)
+    among = simplifying(size, shape, 1.0, options, Judging(views=256, image=256, again=True))
+    kept = 24 * size.vertices + 256 * (256 * 4 + 514 * 9) * 8  # words of 64 pixels
+    assert among == alone.beside(kept)
+    most = simplifying(size, shape, 1.0, options, Judging(views=4096, image=4096, again=True))
+    assert most == alone.beside(24 * size.vertices + 2 * 16 * MIB)
+
+
 def test_the_solid_is_held_while_an_occluder_is_judged_and_drawn():
     size, shape, options = MeshSize(1000, 2000), (256, 256, 256), make_options(1.0)
     solid = 2 * 256**3  # touched and filled

@@ -12,6 +12,9 @@ import numpy as np
 import pytest
 
 import simplifier
+from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
+from simplifier.accuracy.overhang import measure_overhang
+from simplifier.device import remembering
 from simplifier.errors import OptionError
 from simplifier.geometry.occluder import Occluder
 from simplifier.options.tradeoff import TradeoffOptions
@@ -28,7 +31,7 @@ from simplifier.tradeoff.sweep import (
     settings_of,
     sweep,
 )
-from tests.solids import CORNERS, box
+from tests.solids import CORNERS, box, sphere, torus
 from tests.tradeoff.sweeps import SMALL, trial
 
 
@@ -155,6 +158,27 @@ def test_a_setting_that_failed_once_has_failed():
     runs = [trial(Setting(16), 1.0, 0.5), Trial("a.obj", Setting(16), failure="out of memory")]
     (outcome,) = outcomes(runs)
     assert outcome.trial.failure == "out of memory"
+
+
+def test_a_mesh_is_drawn_once_for_all_runs(monkeypatch):
+    mesh, few = torus(), sphere(rings=4)
+    larger = Occluder(1.5 * few.vertices, few.faces)  # reaches out of the mesh's sphere
+    occluders = [Occluder(few.vertices * size, few.faces) for size in (0.2, 0.4, 0.3)]
+    drawn, draw = Counter(), remembering.coverage_masks
+
+    def counted(vertices, faces, projections, rows, *others):
+        drawn[len(faces), rows] += 1
+        return draw(vertices, faces, projections, rows, *others)
+
+    monkeypatch.setattr(remembering, "coverage_masks", counted)
+    judge = tradeoff._Judge(mesh, 7)
+    shares = [judge.shares(one) for one in [*occluders, occluders[0], larger]]
+    size = len(mesh.faces)
+    assert (drawn[size, 256], drawn[size, 514]) == (1, 1)
+    for one, told in zip([*occluders, occluders[0], larger], shares, strict=True):
+        report = evaluate_accuracy(mesh, one, AccuracyOptions(seed=7, exact=True))
+        overhang = measure_overhang(mesh, one, report.directions).mean
+        assert told == (report.precision, report.recall, overhang)
 
 
 def test_a_sweep_runs_in_rounds_and_tells_where_it_is(mesh_file, quick, steps):

@@ -1,4 +1,4 @@
-"""Which triangles keep to a room."""
+"""Which triangles keep to a room, and to which."""
 
 from __future__ import annotations
 
@@ -15,3 +15,12 @@ def are_inside(triangles: FloatArray, room: Room) -> BoolArray:
     inside = np.empty(len(triangles), dtype=np.bool_)
     all_contained(np.ascontiguousarray(triangles), room.voxels, inside)
     return inside
+
+
+def narrowest_room(triangles: FloatArray, room: Room, widest: int) -> Room:
+    """That of fewest layers, from those of ``room`` to ``widest``, to which a soup (m, 3, 3) keeps.
+
+    It keeps to the widest.
+    """
+    narrower = map(room.up_to, range(room.limit, widest))
+    return next((one for one in narrower if are_inside(triangles, one).all()), room.up_to(widest))

@@ -66,6 +66,7 @@ def refine(
     stop: Stop = lambda share, measure, best: False,
     deadline: Deadline | None = None,
     outlines: Outlines | None = None,
+    widest: int | None = None,
 ) -> list[FloatArray]:
     """The best triangles (m, 3, 3) in grid space, m <= ``budget``, of each search.
 
@@ -74,8 +75,9 @@ def refine(
     left of the budget is filled up with copies, which soon are put elsewhere.  A result scores no
     less than the start that its search began with.  With a ``deadline`` the search lasts until
     then, whatever ``options.moves``.  Overhang is judged by ``outlines``, which the search does not
-    see, or by its own views.  The same arguments give the same result on any number of threads,
-    unless ``stop`` ends the search or a deadline does.
+    see, or by its own views; where it is next to nothing, the room grows, to ``widest`` layers at
+    most, by default to what it had.  The same arguments give the same result
+    on any number of threads, unless ``stop`` ends the search or a deadline does.
     """
     soups = _pad_to_equal([pull_into(start, room)[:budget] for start in starts], budget)
     if not soups:
@@ -85,7 +87,7 @@ def refine(
         pace = _step(options, options.rounds) / _step(options, _USUAL_ROUNDS)
     else:
         most = min(max(int(deadline.left / _ROUND_SECONDS), 1), _ROUNDS)
-    bargain = Bargain(options, views, outlines, room, pace)
+    bargain = Bargain(options, views, outlines, room, pace, widest)
     heat = _first_heat(options, len(soups[0]), deadline)
     searches = _begin_searches(soups, options.searches, room, views, bargain.prices, seed, heat)
     slices = _by_moves(options) if deadline is None else _by_time(deadline.rest())
@@ -245,6 +247,7 @@ _SHOWN = 0.35  # of the aim: where its own pictures show less than that, fines d
 _FAR, _SETTLED = 1.1, 0.7  # times the aim that call for less room, until that share of the search
 _PAUSE = 3  # rounds at least since the room became another: before, overhang tells of the old one
 _NEAR = 0.6  # times the aim below which there may be more room again
+_NEXT_TO_NOTHING = 0.15  # the same for more room than the search began in
 
 
 class Bargain:
@@ -257,13 +260,14 @@ class Bargain:
     mean of these shares.  Changes get smaller as the search cools: a late one could only take out
     triangles, not move them, and where pixels are too coarse for the precision that is asked for
     the price would rise without end.  What sticks out by less than the search's pixels can show is
-    kept in by a narrower room, which loses a layer at a time and gets it back where it may.
+    kept in by a narrower room, which loses a layer at a time, and gets one where it may.
 
     What stands in front of the surface has its toll, which follows in the same way but for one
     thing: a sheet, or a mesh that is open below, cannot have next to none, so the toll ends where
     it would only take out triangles.
 
     ``outlines``  where overhang and front are judged; None: by the search's own views.
+    ``widest``    layers that the room may grow to; None: no more than it has.
     ``pace``      times as many moves between two rounds as usual: prices change to that power, and
                   fines begin higher where little may stick out, since there are few rounds to rise.
     """
@@ -275,6 +279,7 @@ class Bargain:
         outlines: Outlines | None,
         room: Room,
         pace: float = 1.0,
+        widest: int | None = None,
     ) -> None:
         self.room = room
         self._least = self._price = round(UNIT * options.overcover)
@@ -285,7 +290,9 @@ class Bargain:
         scarce = max(_HASTY / max(self._overhang, 1e-6), 1.0)
         self._level = min(scarce, max(pace, 1.0) ** _HASTE)
         self._pace = pace
-        self._most_room, self._since = room.limit, 0  # layers, and rounds in the same room
+        self._widest = room.limit if widest is None else widest
+        self._begun = room.limit
+        self._since = 0  # rounds in the same room
         self._front = options.front if views.depths.known else 1.0
         self._tolls = FRONT_STEP * _TOLL * areas.mean() / areas
         self._toll = 1.0
@@ -346,14 +353,19 @@ class Bargain:
         """What fines or tolls are multiplied by where so many times the aim was found."""
         return float(min(max(times, _LOWER), _HIGHER) ** (self._pace * (1.0 - share)))
 
+    @property
+    def _growing(self) -> float:
+        """Times the aim, below which there may be more room."""
+        return _NEAR if self.room.limit < self._begun else _NEXT_TO_NOTHING
+
     def _other_room(self, overhang: float, share: float) -> bool:
-        """Take a layer off the room, or give one back, by overhang as a share of what is aimed at.
+        """Take a layer off the room, or give it one, by overhang as a share of what is aimed at.
 
         Returns whether it did.
         """
         limit = self.room.limit
         if overhang > _FAR and share < _SETTLED and self._since >= _PAUSE and limit > SURFACE:
             self.room = self.room.up_to(limit - 1)
-        elif overhang < _NEAR and share < _LAST_EXCHANGE and limit < self._most_room:
+        elif overhang < self._growing and share < _LAST_EXCHANGE and limit < self._widest:
             self.room = self.room.up_to(limit + 1)
         return self.room.limit != limit

@@ -25,6 +25,7 @@ from simplifier.kernels.threads import Ahead, Stopped, run_both
 from simplifier.options.stages import Options
 from simplifier.progress import Deadline, Stopwatch, silent
 from simplifier.refinement.annealing import RefineViews, by_looks
+from simplifier.refinement.containment import narrowest_room
 from simplifier.refinement.depths import NO_DEPTHS, Depths
 from simplifier.refinement.finalists import FineViews, Judge, Outlines
 from simplifier.refinement.starts import Surfaces
@@ -141,9 +142,14 @@ class Looks:
     glance: bool
 
     def room_for(self, budget: int) -> Room:
-        """The room of searches with so many triangles."""
+        """The room in which searches for so many triangles begin."""
         overhang = self.original.options.refine.overhang
         return narrowed_room(self.room, self.views, overhang, budget)
+
+    def room_of(self, found: FloatArray, budget: int) -> Room:
+        """That of a soup (m, 3, 3) which such searches have found: where less sticks out than was
+        asked for, theirs grows."""
+        return narrowest_room(found, self.room_for(budget), self.room.limit)
 
 
 @contextmanager
@@ -266,7 +272,10 @@ def _views(original: Original, deadline: Deadline, stopped: Stopped | None) -> R
 
 
 def narrowed_room(room: Room, views: RefineViews, overhang: float, budget: int) -> Room:
-    """No more of it than could give so much times the overhang asked for, all around."""
+    """No more of it than could give so much times the overhang asked for, all around.
+
+    Triangles before few of many parts have far less, so a search may take more of the room.
+    """
     reach = _ALL_AROUND * overhang / max(views.outline(room.slab), _TINY)
     return room.within(reach * min(1.0, MANY / budget) ** _EACH)
 

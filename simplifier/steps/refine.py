@@ -11,7 +11,7 @@ import numpy as np
 from simplifier.device.choice import open_device
 from simplifier.device.remembering import remembering
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
-from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
+from simplifier.geometry.overrides import NO_OVERRIDES, NOTHING, Overrides
 from simplifier.geometry.room import Room
 from simplifier.geometry.solid import Solid
 from simplifier.kernels.threads import Ahead, run_both, thread_count
@@ -367,7 +367,8 @@ def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, b
         return refined, doubtful
     best = max(better, key=lambda pair: pair[0])[1]
     words = f"The occluder was found by searches, and cut back {best.where}."
-    return Refined(best.triangles, run.looks.room_for(budget).bound, words), doubtful
+    room = run.looks.room_of(best.triangles, budget)
+    return Refined(best.triangles, room.bound, words), doubtful
 
 
 @dataclass(frozen=True, eq=False)
@@ -402,14 +403,15 @@ def _searched(
     middle = begin + first * (end - begin)
     found = refine(
         starts, task.room, views, budget, aims, seed, run.tell(begin, middle),
-        run.time_for(first), run.outlines,
+        run.time_for(first), run.outlines, run.looks.room.limit,
     )  # fmt: skip
     begun = _listed(_STARTS[: len(starts)])
     searched = f"The occluder was found by searches that began with {begun}."
     if not task.judged:
         best = (found or starts)[0]
         if not whole:
-            return [], Refined(best, task.room.bound, searched), False
+            room = run.looks.room_of(best, budget)
+            return [], Refined(best, room.bound, searched), False
         for one in whole:
             if run.judge.worth(one) > MUCH and _hides_more(one, best, run.judge):
                 best = one
@@ -417,8 +419,9 @@ def _searched(
     best = task.best_of([*found, *better], starts)
     again = None
     if run.divided and not run.cancelled():
+        room = run.looks.room_of(np.concatenate([NOTHING, *found]), budget)
         again = search_again(
-            found, best, task.room, views, run.judge, budget, aims, seed, run.tell(middle, end),
+            found, best, room, views, run.judge, budget, aims, seed, run.tell(middle, end),
             run.time_for(1.0),
         )  # fmt: skip
     if again is None:
@@ -509,7 +512,7 @@ class _Task:
     ) -> Refined:
         """The best one, and what it is; ``searched`` says how the rest was ``found``."""
         if any(best is one for one in found):
-            return Refined(best, self.room.bound, searched)
+            return Refined(best, self.run.looks.room_of(best, self.budget).bound, searched)
         if len(best) == 0:
             words = "All that was found would hide too much wrongly, so the occluder is empty."
             return Refined(best, self.room.bound, words)

@@ -55,9 +55,9 @@ def room():
     return Room(whole.layers, whole.least, whole.most, whole.shares, 3, (0.0, 1.0, 2.0, 3.0), 0.0)
 
 
-def bargain(judge=None, views=VIEWS, pace=1.0, **options):
+def bargain(judge=None, views=VIEWS, pace=1.0, begun=None, widest=None, **options):
     chosen = RefineOptions(**{"overcover": 0.5, "precision": 0.99, **options})
-    return Bargain(chosen, views, judge, room(), pace)
+    return Bargain(chosen, views, judge, begun or room(), pace, widest)
 
 
 def test_a_price_that_buys_no_precision_settles():
@@ -209,6 +209,23 @@ def test_room_comes_back_where_little_overhang_is_left():
     judge.found = 0.002
     prices.follow(unseen, 0.95)  # too late to make use of it
     assert prices.room.limit == 2
+
+
+@pytest.mark.parametrize(("found", "limits"), [(0.0005, [2, 3, 3]), (0.002, [1, 1, 1])])
+def test_a_room_grows_past_its_begin_where_next_to_nothing_sticks_out(found, limits):
+    judge, unseen = Judge(found), Found(shown=np.full(16, 0.0005))
+    prices = bargain(judge, begun=room().up_to(1), widest=3, overhang=0.005)
+    for limit in limits:
+        prices.follow(unseen, 0.2)
+        assert prices.room.limit == limit
+    judge.found = 0.02
+    for _ in range(20):
+        prices.follow(unseen, 0.2)
+    assert prices.room.limit == 1  # what turns out too much is taken back
+    judge.found = 0.0
+    alone = bargain(judge, begun=room().up_to(1), overhang=0.005)
+    alone.follow(unseen, 0.2)
+    assert alone.room.limit == 1  # unless there is no more
 
 
 def test_without_fine_pictures_its_own_views_tell_what_those_would():

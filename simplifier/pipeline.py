@@ -32,8 +32,8 @@ from simplifier.steps.time_limit import start_in_time
 from simplifier.steps.verbatim import is_own_occluder, own_triangles
 
 _EMPTY = (
-    "within the error bound, anything would hide more of what is visible than of what is hidden, so"
-    " the occluder is empty; raise the resolution"
+    "all that was found would hide too much of what is visible, so the occluder is empty; raise the"
+    " resolution, allow more overhang, or lower the minimum precision"
 )
 
 

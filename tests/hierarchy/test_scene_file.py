@@ -155,7 +155,8 @@ def test_no_manifest_says_null_for_a_number(tmp_path, what):
     if what == "bounds":
         build = replace(build, tree=replace(build.tree, bounds=build.tree.bounds * np.nan))
     elif what == "transform":
-        parts = replace(build.parts.scene, transforms=build.parts.scene.transforms * np.inf)
+        endless = np.full_like(build.parts.scene.transforms, np.inf)
+        parts = replace(build.parts.scene, transforms=endless)
         build = replace(build, parts=replace(build.parts, scene=parts))
     else:
         key, summary = min(build.summaries.items())

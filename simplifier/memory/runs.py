@@ -20,7 +20,7 @@ from simplifier.options.stages import Options
 class Judging:
     """How an occluder, or so many levels of detail, are judged.
 
-    ``again``  whether it goes on: the next is made, and judged in the same pictures of the mesh.
+    ``again``  whether another is made afterwards, and judged in the same pictures of the mesh.
     """
 
     views: int = 256
@@ -49,7 +49,7 @@ def simplifying(
 ) -> MemoryNeed:
     """From a mesh in memory to its occluder.  ``cell_size`` in world units.
 
-    ``how``  those that were made before were judged, if any was.
+    ``how``  other occluders of the mesh were judged before, if any were.
     """
     kept = stages.remembered(size, how.views, how.image) if how is not None and how.again else 0
     solid = stages.solid(shape, options)

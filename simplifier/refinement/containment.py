@@ -18,9 +18,9 @@ def are_inside(triangles: FloatArray, room: Room) -> BoolArray:
 
 
 def narrowest_room(triangles: FloatArray, room: Room, widest: int) -> Room:
-    """That of fewest layers, from those of ``room`` to ``widest``, to which a soup (m, 3, 3) keeps.
+    """The narrowest that a soup (m, 3, 3) keeps to, of the layers of ``room`` or more.
 
-    It keeps to the widest.
+    ``widest``  layers that it is known to keep to.
     """
     narrower = map(room.up_to, range(room.limit, widest))
     return next((one for one in narrower if are_inside(triangles, one).all()), room.up_to(widest))

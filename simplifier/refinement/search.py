@@ -76,8 +76,8 @@ def refine(
     less than the start that its search began with.  With a ``deadline`` the search lasts until
     then, whatever ``options.moves``.  Overhang is judged by ``outlines``, which the search does not
     see, or by its own views; where it is next to nothing, the room grows, to ``widest`` layers at
-    most, by default to what it had.  The same arguments give the same result
-    on any number of threads, unless ``stop`` ends the search or a deadline does.
+    most, by default to what it had.  The same arguments give the same result on any number of
+    threads, unless ``stop`` ends the search or a deadline does.
     """
     soups = _pad_to_equal([pull_into(start, room)[:budget] for start in starts], budget)
     if not soups:
@@ -260,7 +260,7 @@ class Bargain:
     mean of these shares.  Changes get smaller as the search cools: a late one could only take out
     triangles, not move them, and where pixels are too coarse for the precision that is asked for
     the price would rise without end.  What sticks out by less than the search's pixels can show is
-    kept in by a narrower room, which loses a layer at a time, and gets one where it may.
+    kept in by a narrower room, which loses a layer at a time, and gains one where it may.
 
     What stands in front of the surface has its toll, which follows in the same way but for one
     thing: a sheet, or a mesh that is open below, cannot have next to none, so the toll ends where

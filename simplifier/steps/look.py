@@ -147,8 +147,8 @@ class Looks:
         return narrowed_room(self.room, self.views, overhang, budget)
 
     def room_of(self, found: FloatArray, budget: int) -> Room:
-        """That of a soup (m, 3, 3) which such searches have found: where less sticks out than was
-        asked for, theirs grows."""
+        """That which a soup (m, 3, 3) keeps to, where such searches have found it: their room grows
+        while next to nothing sticks out."""
         return narrowest_room(found, self.room_for(budget), self.room.limit)
 
 
@@ -274,7 +274,7 @@ def _views(original: Original, deadline: Deadline, stopped: Stopped | None) -> R
 def narrowed_room(room: Room, views: RefineViews, overhang: float, budget: int) -> Room:
     """No more of it than could give so much times the overhang asked for, all around.
 
-    Triangles before few of many parts have far less, so a search may take more of the room.
+    Few triangles cover few of many parts, and stick out by far less: then a search takes more.
     """
     reach = _ALL_AROUND * overhang / max(views.outline(room.slab), _TINY)
     return room.within(reach * min(1.0, MANY / budget) ** _EACH)

@@ -53,9 +53,7 @@ def search_again(
         return None
     start, less = _best_drawn_in(found, room, judge)
     fewer = replace(options, moves=min(round(_MOVES * options.moves), _MOST_MOVES))
-    again = refine(
-        [start], less, views, budget, fewer, seed, stop, deadline, judge.views.outlines, room.limit
-    )  # fmt: skip
+    again = refine([start], less, views, budget, fewer, seed, stop, deadline, judge.views.outlines)
     best = judge.best_of([chosen, *again])
     return (best, less) if any(best is one for one in again) else None
 

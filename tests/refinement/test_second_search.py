@@ -13,6 +13,7 @@ from simplifier.kernels.soup_views import all_contained
 from simplifier.options.stages import RefineOptions
 from simplifier.refinement.annealing import RefineViews
 from simplifier.refinement.finalists import FineViews, Judge, Outlines
+from simplifier.refinement.search import Bargain
 from simplifier.refinement.second_search import search_again
 from simplifier.selection.measure import silhouettes
 from tests.pictures import sphere_projections
@@ -55,9 +56,9 @@ def seen():
     return views, Judge(pictures, 0.99, 0.02)
 
 
-def again(found, chosen, seen, where=None):
+def again(found, chosen, seen, where=None, overhang=0.02):
     views, judge = seen
-    options = RefineOptions(moves=4000, precision=0.99, overhang=0.02)
+    options = RefineOptions(moves=4000, precision=0.99, overhang=overhang)
     return search_again(found, chosen, where or room(), views, judge, 12, options, 3)
 
 
@@ -71,6 +72,21 @@ def test_what_sticks_out_is_searched_for_again_in_less_room(seen):
     inside = np.zeros(len(better), dtype=np.bool_)
     all_contained(better, less.voxels, inside)
     assert inside.all()
+
+
+def test_the_room_of_a_second_search_never_grows(seen, monkeypatch):
+    """Of Lyon's buildings, once, triangles lay outside of the room by which their error was
+    promised."""
+    limits, other_room = set(), Bargain._other_room
+
+    def growing(bargain, overhang, share):
+        found = other_room(bargain, 0.0, share)  # as where nothing sticks out
+        limits.add(bargain.room.limit)
+        return found
+
+    monkeypatch.setattr(Bargain, "_other_room", growing)
+    _, less = again([slab(1.2)], slab(1.2), seen, overhang=0.5)
+    assert limits == {less.limit}
 
 
 def test_what_has_no_faults_is_not_searched_for_again(seen):

@@ -23,14 +23,16 @@ import llvmlite.binding as llvm
 
 from simplifier.kernels.compiled.processors import Processor
 
-KERNELS = Path(__file__).parents[1]
+_COMPILED = Path(__file__).parent
+KERNELS = _COMPILED.parent
 SHIPPED = KERNELS / "machine_code"
 """What a wheel or an image brings along; a checkout has none."""
 _IMPORT = re.compile(r"^from simplifier\.kernels\.(\w+) import", re.MULTILINE)
 _MADE_BY = (
-    "boxes.py", "building.py", "control.py", "counting.py", "crossings.py", "drawing.py",
-    "edges.py", "erosion.py", "intrinsic.py", "kernel.py", "lanes.py", "lowering.py",
-    "processors.py", "rows.py", "small_faces.py", "turned_erosion.py",
+    "boxes.py", "control.py", "counting.py", "crossings.py", "drawing.py", "edges.py", "erosion.py",
+    "intrinsic.py", "kernel.py", "lanes.py", "processors.py", "rows.py", "small_faces.py",
+    "turned_erosion.py", "compiler/arrays.py", "compiler/builder.py", "compiler/building.py",
+    "compiler/front_end.py", "compiler/lowering.py", "compiler/ranges.py", "compiler/variables.py",
 )  # fmt: skip
 """Whose changes change the code."""
 
@@ -110,7 +112,7 @@ def _numba_version() -> str:
 
 @cache
 def _sources(name: str) -> str:
-    makers = (Path(__file__).with_name(maker).read_text("utf-8") for maker in _MADE_BY)
+    makers = ((_COMPILED / maker).read_text("utf-8") for maker in _MADE_BY)
     return _digest([*map(_source, _needed(name)), *makers], 16)
 
 

@@ -36,7 +36,7 @@ _PACKAGE = "simplifier.kernels"
 _BUILD = """
 import json, sys
 sys.path[:] = json.loads(sys.argv[1])
-from simplifier.kernels.compiled.building import main
+from simplifier.kernels.compiled.compiler.building import main
 main(*sys.argv[2:])
 """
 

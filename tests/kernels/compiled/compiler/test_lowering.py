@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import gc
-import subprocess
 import sys
 
 import numpy as np
 import pytest
 
 from simplifier.kernels.compiled.loading import load_code
-from tests.acceptance.command import environment
+from tests.kernels.compiled.compiler.sample import DECORATORS, compile_sample, written
 
-DECORATORS = "from simplifier.kernels.compiled.kernel import inner_kernel, kernel"
 SAMPLE = f"""
 import numpy as np
 {DECORATORS}
@@ -70,30 +68,13 @@ def add_rows(first, others, sums):
     for row in range(len(sums)):
         add_row((first, *others), row, sums[row])
 """
-COMPILE = """
-import sys
-from pathlib import Path
-from simplifier.kernels.compiled import building, lowering
-
-folder = Path(sys.argv[1])
-sys.path.insert(0, str(folder))
-building._PACKAGE = lowering._PACKAGE = "sample"
-context = building._only_lower()
-for name in ("kernels", "lent"):
-    (folder / f"{name}.o").write_bytes(building.compile_file(name, context))
-"""
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """With the kernels of both samples as machine code."""
     folder = tmp_path_factory.mktemp("lowering")
-    (folder / "sample").mkdir()
-    (folder / "sample" / "__init__.py").touch()
-    (folder / "sample" / "kernels.py").write_text(SAMPLE)
-    (folder / "sample" / "lent.py").write_text(LENT)
-    command = [sys.executable, "-c", COMPILE, str(folder)]
-    subprocess.run(command, env=environment(), timeout=300, check=True)
+    compile_sample(folder, {"kernels": SAMPLE, "lent": LENT})
     return folder
 
 
@@ -102,20 +83,11 @@ def compiled(folder):
     return load_code(folder / "kernels.o", ["mixed", "put", "one_of"])
 
 
-@pytest.fixture(scope="module")
-def written():
-    """The same as plain Python."""
-    found = {}
-    exec(SAMPLE.replace(DECORATORS, "inner_kernel, kernel = lambda f: f, lambda t: inner_kernel"),
-         found)  # fmt: skip
-    return found
-
-
-def test_they_give_what_was_written(compiled, written):
+def test_they_give_what_was_written(compiled):
     order, small = np.array([2, 0, 1]), np.array([1, 2, 3], np.int32)
     fine = np.array([0.5, 0.25], np.float32)
     results = []
-    for functions in (compiled, written):
+    for functions in (compiled, written(SAMPLE)):
         solid = np.random.default_rng(4).random((3, 4, 2))
         results.append((*functions["mixed"](solid, order, small, fine), solid))
     for ours, wanted in zip(*results, strict=True):
@@ -149,27 +121,3 @@ def test_what_a_kernel_is_given_is_not_counted(folder):
     assert (sums == 5.0).all()
     assert b"NRT_incref" in (folder / "kernels.o").read_bytes()
     assert b"NRT_incref" not in (folder / "lent.o").read_bytes()
-
-
-def test_variables_of_statements_are_those_that_numba_finds():
-    from numba.core import ir
-    from numba.core.compiler import run_frontend
-
-    from simplifier.kernels import annealing, decimate
-    from simplifier.kernels.compiled.kernel import Kernel
-    from simplifier.kernels.compiled.lowering import _variables_of, _variables_of_expression
-
-    kernels = [one for file in (annealing, decimate) for one in vars(file).values()
-               if isinstance(one, Kernel)]  # fmt: skip
-    compared = 0
-    for kernel in kernels:
-        for block in run_frontend(kernel.function).blocks.values():
-            for statement in block.body:
-                wanted = ir.Inst._rec_list_vars(statement, vars(statement))
-                assert _variables_of(statement) == wanted
-                value = getattr(statement, "value", None)
-                if isinstance(value, ir.Expr):
-                    wanted = ir.Inst._rec_list_vars(value, value._kws)
-                    assert _variables_of_expression(value) == wanted
-                    compared += 1
-    assert compared > 1000

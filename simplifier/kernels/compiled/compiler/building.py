@@ -26,9 +26,10 @@ from numba.core import codegen
 from numba.core.registry import cpu_target
 
 from simplifier.kernels.compiled.code_files import write_code
+from simplifier.kernels.compiled.compiler.front_end import look_less
+from simplifier.kernels.compiled.compiler.lowering import LeanContext, lower_less
 from simplifier.kernels.compiled.kernel import Kernel
 from simplifier.kernels.compiled.loading import ENVIRONMENT, UNPICKLE, packed
-from simplifier.kernels.compiled.lowering import LeanContext, lower_less
 from simplifier.kernels.compiled.numba_types import numba_types
 from simplifier.kernels.compiled.processors import Processor
 
@@ -38,8 +39,17 @@ _PACKAGE = "simplifier.kernels"
 class _Code(codegen.AOTCodeLibrary):  # type: ignore[misc]
     """What one function was lowered to, as it is: it is optimized with all others of a file."""
 
+    _empty = True
+
     def _optimize_functions(self, ll_module: Any) -> None:
         ll_module.data_layout = self._codegen._data_layout
+
+    def add_llvm_module(self, ll_module: Any) -> None:
+        if self._empty:
+            self._optimize_functions(ll_module)
+            self._final_module, self._empty = ll_module, False
+        else:
+            super().add_llvm_module(ll_module)
 
     def finalize(self) -> None:
         self._finalized = True
@@ -70,6 +80,7 @@ def _only_lower() -> Any:
     context = context.subtarget(
         _internal_codegen=_Codegen("kernels", Processor.chosen().name), aot_mode=True
     )
+    look_less()
     lower_less()
     vars(cpu_target)["_toplevel_target_context"] = context
     # Python never calls what only kernels call.

@@ -90,7 +90,7 @@ def make_asset(
     with reading:
         before = mesh_stamp(job.mesh)
     for target in job.targets:
-        target.draft.parent.mkdir(parents=True)
+        target.draft.parent.mkdir(parents=True, exist_ok=True)  # of an attempt that ended
     try:
         report = maker(job)
     except OutputError as error:

@@ -235,7 +235,7 @@ _NOTHING = _Nothing()
 
 
 def look_less() -> None:
-    """From now on, this process looks so."""
+    """From now on, this process finds out no more than that."""
     for place, name, ours in (
         (ir.Stmt, "list_vars", variables_of),
         (ir.Expr, "list_vars", variables_of_expression),

@@ -1,1 +1,1 @@
-"""What compiles kernels, in a process of its own: numba, LLVM, and what stands in for parts."""
+"""What compiles kernels, in a process of its own: numba, LLVM, and stand-ins for parts of them."""

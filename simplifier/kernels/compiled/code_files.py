@@ -112,8 +112,13 @@ def _numba_version() -> str:
 
 @cache
 def _sources(name: str) -> str:
-    makers = ((_COMPILED / maker).read_text("utf-8") for maker in _MADE_BY)
-    return _digest([*map(_source, _needed(name)), *makers], 16)
+    return _digest([*map(_source, _needed(name)), *_makers()], 16)
+
+
+@cache
+def _makers() -> list[str]:
+    """The sources of what makes machine code."""
+    return [(_COMPILED / maker).read_text("utf-8") for maker in _MADE_BY]
 
 
 def _needed(name: str) -> list[str]:

@@ -26,7 +26,7 @@ def folder(tmp_path, monkeypatch):
 
 
 def forget():
-    for cached in ("_source", "_sources", "_environment", "writable_folder"):
+    for cached in ("_source", "_sources", "_makers", "_environment", "writable_folder"):
         getattr(code_files, cached).cache_clear()
 
 

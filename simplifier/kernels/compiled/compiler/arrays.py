@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from functools import reduce
 from typing import Any
 
 import numba.core
-from llvmlite.ir import Constant, Undefined
+from llvmlite.ir import Constant
 from numba.core import cgutils, imputils
 from numba.np import arrayobj
 
 types: Any = numba.core.types
 
 registry = imputils.Registry("arrays of kernels")
-
-
-def composed(context: Any, builder: Any, kind: Any, parts: Iterable[Any]) -> Any:
-    """A value of several parts, which needs no memory."""
-    value = Constant(context.get_value_type(kind), Undefined)
-    for place, part in enumerate(parts):
-        value = builder.insert_value(value, part, place)
-    return value
 
 
 def _get(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -106,9 +99,7 @@ def _row(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 
     first, *lengths = _lengths(context, builder, kind, array)
     strides = cgutils.unpack_tuple(builder, part("strides"), kind.ndim)
-    count = lengths[0]
-    for length in lengths[1:]:
-        count = builder.mul(count, length)
+    count = reduce(builder.mul, lengths)
     offset = builder.mul(_from_start(context, builder, index_kind, index, first), count)
     parts = {
         "meminfo": part("meminfo"),
@@ -120,7 +111,9 @@ def _row(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         "strides": _integers(context, builder, strides[1:]),
     }
     names = context.data_model_manager[signature.return_type]._fields
-    return composed(context, builder, signature.return_type, [parts[name] for name in names])
+    return cgutils.make_anonymous_struct(
+        builder, [parts[name] for name in names], context.get_value_type(signature.return_type)
+    )
 
 
 @registry.lower(len, types.Array)

@@ -89,12 +89,14 @@ _numbas_find_lifetimes = PostProcessor.run
 
 def _order_blocks(function: Any) -> None:
     """Give each loop one block that ends its turns, as numba does after every pass."""
-    ways = [(place, block.terminator.get_targets()) for place, block in function.blocks.items()]
-    if ways != getattr(function, "ordered_ways", None):
+    if _ways(function) != getattr(function, "ordered_ways", None):
         function.blocks = transforms.canonicalize_cfg(function.blocks)
-        function.ordered_ways = [
-            (place, block.terminator.get_targets()) for place, block in function.blocks.items()
-        ]
+        function.ordered_ways = _ways(function)
+
+
+def _ways(function: Any) -> list[tuple[int, list[int]]]:
+    """Where each block may go on."""
+    return [(place, block.terminator.get_targets()) for place, block in function.blocks.items()]
 
 
 def _rewrite_typed(self: Any, state: Any) -> bool:

@@ -133,7 +133,7 @@ class _References(NRTContext):  # type: ignore[misc]
 
 class _Lower(Lower):  # type: ignore[misc]
     def _find_singly_assigned_variable(self) -> None:
-        """In place of numba's, which finds those that one block alone assigns and reads."""
+        """Beside numba's own, which one block alone assigns and reads."""
         super()._find_singly_assigned_variable()
         self._single, self._lent = set[str](), set[str]()
         if self.func_ir.is_generator:

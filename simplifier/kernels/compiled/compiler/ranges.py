@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numba.core
 import numba.cpython.rangeobj  # whose functions are in numba's registry from now on
 from llvmlite.ir import Constant
 from numba.core import cgutils, imputils
-
-from simplifier.kernels.compiled.compiler.arrays import composed
 
 types: Any = numba.core.types
 
@@ -21,7 +20,7 @@ def _range(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     kind = signature.return_type.dtype
     start = () if len(arguments) > 1 else (context.get_constant(kind, 0),)
     step = () if len(arguments) > 2 else (context.get_constant(kind, 1),)
-    return composed(context, builder, signature.return_type, (*start, *arguments, *step))
+    return _of_parts(context, builder, signature, (*start, *arguments, *step))
 
 
 def _start(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -40,8 +39,7 @@ def _start(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         builder.store(value, place)
     if builder.is_natural(start):
         builder.natural.add(places[0])
-    parts = (places[0], stop, step, places[1])
-    return composed(context, builder, signature.return_type, parts)
+    return _of_parts(context, builder, signature, (places[0], stop, step, places[1]))
 
 
 def _next(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
@@ -53,7 +51,12 @@ def _next(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     builder.store(builder.sub(left, left.type(1)), counter)
     builder.store(builder.add(value, step), place)
     more = builder.icmp_signed(">", left, left.type(0))
-    return composed(context, builder, signature.return_type, (value, more))
+    return _of_parts(context, builder, signature, (value, more))
+
+
+def _of_parts(context: Any, builder: Any, signature: Any, parts: Sequence[Any]) -> Any:
+    kind = context.get_value_type(signature.return_type)
+    return cgutils.make_anonymous_struct(builder, parts, kind)
 
 
 _numbas_start = {}

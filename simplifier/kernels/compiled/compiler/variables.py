@@ -28,7 +28,7 @@ def single_values(blocks: Mapping[int, Any], counted: Callable[[str], bool]) -> 
     return set(once)
 
 
-def read_by(value: Any) -> list[Any]:
+def _read_by(value: Any) -> list[Any]:
     """The variables that the right side of an assignment reads."""
     if isinstance(value, ir.Var):
         return [value]
@@ -86,5 +86,5 @@ def _names_read(statement: Any, counted: Callable[[str], bool]) -> list[str]:
     if isinstance(statement, ir.Del):
         return [statement.value] if counted(statement.value) else []
     if isinstance(statement, ir.Assign):
-        return [one.name for one in read_by(statement.value)]
+        return [one.name for one in _read_by(statement.value)]
     return [one.name for one in statement.list_vars()]

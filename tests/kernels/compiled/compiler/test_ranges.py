@@ -9,33 +9,23 @@ from hypothesis import strategies as st
 
 from tests.kernels.compiled.compiler.sample import DECORATORS, both
 
+COLLECTING = """
+@kernel("int64, int64, int64, int64[:]")
+def {name}(start, stop, step, found):
+    count = 0
+    for number in {numbers}:
+        found[count] = number
+        count += 1
+    return count
+"""
+COLLECTED = {
+    "to_stop": "range(stop)",
+    "from_start": "range(start, stop)",
+    "by_step": "range(start, stop, step)",
+}
 SOURCE = f"""
 import numpy as np
 {DECORATORS}
-
-@kernel("int64, int64, int64, int64[:]")
-def to_stop(start, stop, step, found):
-    count = 0
-    for number in range(stop):
-        found[count] = number
-        count += 1
-    return count
-
-@kernel("int64, int64, int64, int64[:]")
-def from_start(start, stop, step, found):
-    count = 0
-    for number in range(start, stop):
-        found[count] = number
-        count += 1
-    return count
-
-@kernel("int64, int64, int64, int64[:]")
-def by_step(start, stop, step, found):
-    count = 0
-    for number in range(start, stop, step):
-        found[count] = number
-        count += 1
-    return count
 
 @kernel("int64, int64, int64, int64[:]")
 def backwards(start, stop, step, found):
@@ -72,8 +62,8 @@ def of_other_integers(many, flags):
     for one in range(np.uint64(3)):
         total += 10000 * np.int64(one)
     return total
-"""
-NAMES = ("to_stop", "from_start", "by_step", "backwards", "again")
+""" + "".join(COLLECTING.format(name=name, numbers=text) for name, text in COLLECTED.items())
+NAMES = (*COLLECTED, "backwards", "again")
 
 
 @pytest.fixture(scope="module")

@@ -138,7 +138,7 @@ def largest_inner_boxes(scene: Scene) -> Soup:
 def near_occluders(scene: Scene, options: SceneOptions) -> Soup:
     """Of all leaves, as ``occluder scene`` makes them, which makes those of all other nodes too."""
     parts = split_large(scene)
-    plan = plan_occluders(parts, build_tree(parts.scene.bounds(), options.width), options)
+    plan = plan_occluders(parts, build_tree(parts.bounds, options.width), options)
     jobs = [job for job in plan.jobs.values() if job.kind == "near"]
     meshes = parts.scene.mesh_of
     soups: list[Soup] = [(np.empty((0, 3)), np.empty((0, 3), dtype=np.int32))] * len(meshes)

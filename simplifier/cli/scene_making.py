@@ -15,8 +15,7 @@ from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import leaf_occluders
 from simplifier.hierarchy.packed_file import (
     PACKED_FILE,
-    current_packed,
-    known_meshes,
+    read_packed,
     write_meshes,
     write_ranked,
 )
@@ -74,9 +73,13 @@ def make_scene(
             pool, print_progress,
         )  # fmt: skip
     with listening.held():
-        known = known_meshes(output, earlier.keys)  # before there is another manifest
+        packed = read_packed(output)
+        known = packed.meshes(earlier.keys) if packed else {}  # before there is another manifest
         write_manifest(output, read, options, build)
-        data = current_packed(output) or _write_tree(output, read, options, build, known)
+        if packed and packed.is_current():
+            data = packed.data
+        else:
+            data = _write_tree(output, read, options, build, known)
         if options.preview:
             write_scene(leaf_occluders(load_occluder_tree(output)), output / _PREVIEW)
     ranked = []

@@ -59,7 +59,7 @@ def contact_sheet(flown: Flythrough, scene_name: str) -> bytes:
     _add_legend(figure, _MARGIN / width, 0.5 * _FOOT / height)
     # matplotlib draws the words only: its images are resampled and take four times as long.
     board = figure_image(figure)
-    boxes, up = flown.parts.scene.bounds(), up_axis(flown.path)
+    boxes, up = flown.parts.bounds, up_axis(flown.path)
     for shot, (left, top) in zip(flown.shots, corners, strict=True):
         _paste_shot(board, shot, boxes, up, left, top + _CAPTION - _GAP)
     return png_bytes(board)

@@ -146,7 +146,7 @@ def matching_parts(scene: Scene, tree: OccluderTree) -> Parts:
     parts = split_large(scene)
     if not np.array_equal(parts.object_of, tree.object_of):
         raise _foreign(f"{len(parts.object_of)} parts here and {len(tree.object_of)} there")
-    boxes, built = parts.scene.bounds(), part_boxes(tree)
+    boxes, built = parts.bounds, part_boxes(tree)
     extent = float((boxes[:, 1].max(axis=0) - boxes[:, 0].min(axis=0)).max())
     off = np.abs(boxes - built).max(axis=(1, 2))
     worst = int(np.argmax(off))

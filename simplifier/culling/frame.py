@@ -127,7 +127,7 @@ class FrameMeasure:
         if isinstance(occluders, OccluderTree):
             self._culler = Culler(occluders, self.buffer, options.pixel_error)
         else:
-            self._culler = GivenCuller(occluders, parts.scene.bounds(), self.buffer)
+            self._culler = GivenCuller(occluders, parts.bounds, self.buffer)
         self.pixel_error = self._culler.pixel_error
         self._truth = ItemBuffer(options.rows * options.detail, options.columns * options.detail)
         self._fates = np.zeros(len(parts.object_of), dtype=np.uint8)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from simplifier.errors import OutputError, SceneError
@@ -20,30 +20,40 @@ _RANKED = "frame_triangles"  # of ``about``: the budget that occluders were rank
 _MANIFEST = "manifest"  # of ``about``: CRC-32 of the scene.json that the file was made with
 
 
-def current_packed(folder: Path) -> bytes | None:
-    """The bytes of ``scene.occs``; None where it is ranked, or not of the ``scene.json`` there.
+@dataclass(frozen=True, eq=False)
+class Packed:
+    """``scene.occs`` as it lies in a ``folder``: its bytes, and the tree that these hold."""
 
-    Reading thousands of occluders again takes longer than all else of a build without changes.
-    """
+    folder: Path
+    data: bytes
+    tree: PackedTree
+
+    def is_current(self) -> bool:
+        """Whether it is of the ``scene.json`` that lies there now, and not ranked."""
+        about = self.tree.about
+        try:
+            return _RANKED not in about and about.get(_MANIFEST) == _manifest(self.folder)
+        except SceneError:
+            return False
+
+    def meshes(self, keys: Sequence[str]) -> dict[str, WeldedMesh]:
+        """Its occluders by key; ``keys`` are those that the nodes of its ``scene.json`` have.  None
+        where it is not of the ``scene.json`` there.
+
+        Reading thousands of occluders again takes longer than all else of a small change.
+        """
+        if len(self.tree.meshes) != len(keys) or not self.is_current():
+            return {}
+        return {key: WeldedMesh.packed(self.tree, index) for index, key in enumerate(keys)}
+
+
+def read_packed(folder: Path) -> Packed | None:
+    """None where there is no ``scene.occs``, or a damaged one."""
     try:
         data = read_bytes(folder / PACKED_FILE, error=SceneError)
-        about = decode_occs(data, PACKED_FILE).about
+        return Packed(folder, data, decode_occs(data, PACKED_FILE))
     except SceneError:
         return None
-    current = about.get(_MANIFEST) == _manifest(folder) and _RANKED not in about
-    return data if current else None
-
-
-def known_meshes(folder: Path, keys: Sequence[str]) -> dict[str, WeldedMesh]:
-    """Occluders as ``scene.occs`` has them, by key; none where it is not of the ``scene.json``
-    there, whose nodes have occluders of those ``keys``."""
-    data = current_packed(folder)
-    if data is None:
-        return {}
-    packed = decode_occs(data, PACKED_FILE)
-    if len(packed.meshes) != len(keys):
-        return {}
-    return {key: WeldedMesh.packed(packed, index) for index, key in enumerate(keys)}
 
 
 def write_packed(folder: Path, tree: OccluderTree) -> bytes:

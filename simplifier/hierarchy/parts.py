@@ -28,10 +28,12 @@ class Parts:
     ``scene``      a scene whose objects are the parts; those of an object follow each other, and
                    are called as it is with a number, from "<name>/0" on.
     ``object_of``  (p,) int32: the object that each part belongs to.
+    ``bounds``     (p, 2, 3) lowest and highest corner of each part's box, world units.
     """
 
     scene: Scene
     object_of: IntArray
+    bounds: FloatArray
 
 
 def split_large(scene: Scene, share: int = SHARE, least: int = LEAST) -> Parts:
@@ -61,7 +63,10 @@ def split_large(scene: Scene, share: int = SHARE, least: int = LEAST) -> Parts:
         (_starts(counts)[scene.mesh_of[object_of]] + number).astype(np.int32),
         scene.transforms[object_of],
     )
-    return Parts(parts, object_of)
+    boxes, cut = bounds[object_of], (of_objects > 1)[object_of]
+    if cut.any():
+        boxes[cut] = parts.some(cut).bounds()
+    return Parts(parts, object_of, boxes)
 
 
 def _starts(counts: NDArray[np.int64]) -> NDArray[np.int64]:

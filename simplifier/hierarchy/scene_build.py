@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from simplifier.errors import CancelledError, EmptyMeshError, MeshError
-from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.scene import Scene
 from simplifier.geometry.solid import grid_shape
 from simplifier.hierarchy.node import Stand, is_own_occluder, node_occluder, node_options
@@ -97,14 +97,14 @@ def build_occluders(
     if len(scene) == 0:
         raise EmptyMeshError("the scene has no object", remedy="give a scene with objects")
     parts = split_large(scene)
-    tree = build_tree(parts.scene.bounds(), options.width)
+    tree = build_tree(parts.bounds, options.width)
     plan = plan_occluders(parts, tree, options)
     summaries = _reusable(plan, store, known, cancel)
     kept = len(summaries)
     jobs = _missing(plan, parts, summaries)
     pool = _worth_a_pool(pool, jobs, say)
-    needs = list(_job_needs(parts.scene, jobs, options))
-    _check_memory(parts.scene, jobs, needs, options, memory_limit, pool)
+    needs = list(_job_needs(parts, jobs, options))
+    _check_memory(parts, jobs, needs, options, memory_limit, pool)
     failures: dict[int, str] = {}
     meshes: dict[str, WeldedMesh] = {}
     tell(kept, len(plan.jobs))
@@ -184,7 +184,7 @@ def _worth_a_pool(
 
 
 def _check_memory(
-    scene: Scene,
+    parts: Parts,
     jobs: Sequence[NodeJob],
     needs: Sequence[int],
     options: SceneOptions,
@@ -195,8 +195,8 @@ def _check_memory(
 
     def at(resolution: int) -> MemoryNeed:
         coarser = replace(options, resolution=resolution)
-        some = needs if coarser == options else list(_job_needs(scene, jobs, coarser))
-        return need_of_building(scene, some, at_once, apart=apart)
+        some = needs if coarser == options else list(_job_needs(parts, jobs, coarser))
+        return need_of_building(parts.scene, some, at_once, apart=apart)
 
     check_need(at(options.resolution), memory_limit, resolution=options.resolution, at=at)
 
@@ -321,10 +321,11 @@ def need_of_building(
 
 
 def _bytes_of_job(
-    scene: Scene, sizes: np.ndarray[tuple[int, int], np.dtype[np.int64]], bounds: FloatArray,
-    job: NodeJob, options: SceneOptions,
+    parts: Parts, sizes: np.ndarray[tuple[int, int], np.dtype[np.int64]], job: NodeJob,
+    options: SceneOptions,
 ) -> int:  # fmt: skip
     """Bytes of one job, beside the scene."""
+    scene, bounds = parts.scene, parts.bounds
     meshes = scene.mesh_of[job.parts]
     vertices, triangles = sizes[meshes].sum(axis=0).tolist()
     size = MeshSize(vertices, triangles)
@@ -345,10 +346,10 @@ def _bytes_of_job(
     return both.stages[both.largest]
 
 
-def _job_needs(scene: Scene, jobs: Sequence[NodeJob], options: SceneOptions) -> Iterator[int]:
+def _job_needs(parts: Parts, jobs: Sequence[NodeJob], options: SceneOptions) -> Iterator[int]:
     """Bytes of each job, beside the scene."""
-    sizes, bounds = _mesh_sizes(scene), scene.bounds()
-    return (_bytes_of_job(scene, sizes, bounds, job, options) for job in jobs)
+    sizes = _mesh_sizes(parts.scene)
+    return (_bytes_of_job(parts, sizes, job, options) for job in jobs)
 
 
 def _mesh_sizes(scene: Scene) -> np.ndarray[tuple[int, int], np.dtype[np.int64]]:

@@ -45,9 +45,10 @@ from simplifier.io.placing import MOST_TRIANGLES, place_instances
 from simplifier.io.polygons import fan_triangles, strip_triangles
 
 GENERATOR = "planar-occluder"
-_NAMES_A_FILE = re.compile(rb'"uri"|\\u00(75|72|69)')
+_URI = b'"uri"'
+_LETTER_OF_URI = re.compile(rb"\\u00(75|72|69)")
 """Only JSON with this member names files: its name as it is, or one of its letters as a code.  To
-look for it takes a hundredth of the time that it takes to read the JSON."""
+look for both takes a twentieth of the time that it takes to read the JSON."""
 
 BEFORE = "before"
 """In the extras of an occluder that stands behind its original: what there was without it."""
@@ -148,7 +149,8 @@ def objects(data: bytes, path: Path, see_through: bool) -> Objects:
 
 def external(data: bytes, path: Path) -> list[str]:
     """The files that :func:`decode` and :func:`objects` may open beside this one."""
-    if not _NAMES_A_FILE.search(split_chunks(data, str(path))[0]):
+    text, _ = split_chunks(data, str(path))
+    if _URI not in text and not _LETTER_OF_URI.search(text):
         return []
     # Whoever reads what is told here looks for names that occur twice.
     return external_uris(open_document(data, str(path), names_once=False).root)

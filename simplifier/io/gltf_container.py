@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, cast
 
 from simplifier.errors import OutputError, UnreadableMeshError
@@ -64,7 +65,8 @@ def peek_document(peek: Peek) -> GltfDocument:
         text = peek.read(20, int.from_bytes(head[12:16], "little"))
     else:
         text = peek.read(0, peek.size)
-    return GltfDocument(parse_json(text, str(peek.path), names_once=False), None)
+    parse = _parse_large if len(text) >= _LARGE else partial(parse_json, names_once=False)
+    return GltfDocument(parse(text, str(peek.path)), None)
 
 
 def pack_glb(root: dict[str, Any], binary: bytes) -> bytes:
@@ -300,6 +302,22 @@ def parse_json(data: bytes, where: str, *, names_once: bool = True) -> JsonObjec
             remedy="copy or export it again",
         ) from None
     return JsonObject(value, where)
+
+
+_LARGE = 1 << 18  # bytes that json takes longer to read than orjson to be loaded
+
+
+def _parse_large(data: bytes, where: str) -> JsonObject:
+    """As :func:`parse_json`, whatever the names, in half of the time or less."""
+    import orjson
+
+    try:
+        value = orjson.loads(data)
+    except orjson.JSONDecodeError:  # it takes no NaN, no mark of UTF-8 and no half of a character
+        value = None
+    if isinstance(value, dict):
+        return JsonObject(value, where)
+    return parse_json(data, where, names_once=False)
 
 
 def check_object(start: bytes, where: str) -> None:

@@ -60,7 +60,7 @@ def exact(mesh):
 def tree_of(scene, occluders, **options):
     """The occluders of objects, by name; exact ones are near, others far ones of a leaf."""
     parts = split_large(scene)
-    tree = build_tree(parts.scene.bounds(), 8)
+    tree = build_tree(parts.bounds, 8)
     made = list(occluders.values())
     places = {name: index for index, name in enumerate(occluders)}
     occluder_of = np.full((len(tree), 2), -1, dtype=np.int32)

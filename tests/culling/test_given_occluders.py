@@ -30,7 +30,7 @@ from tests.walkable import scene_of
 def test_a_wall_hides_what_the_same_wall_in_a_tree_hides():
     scene = street()
     parts = split_large(scene)
-    given = GivenCuller(scene_of(WALL), parts.scene.bounds(), DepthBuffer(45, 80))
+    given = GivenCuller(scene_of(WALL), parts.bounds, DepthBuffer(45, 80))
     tree = Culler(tree_of(scene, {"wall": exact(WALL)}), DepthBuffer(45, 80))
     for camera in (looking(), looking((3.0, -20.0, 3.0)), looking((0.0, 20.0, 3.0))):
         one, other = given.cull(camera), tree.cull(camera)
@@ -43,7 +43,7 @@ def test_what_is_hidden_by_then_is_not_drawn():
     """From near to far, in whatever order they come."""
     behind = box((1.0, 1.0, 1.0), (-0.5, 6.0, 2.5))
     parts = split_large(street())
-    given = GivenCuller(scene_of(behind, WALL), parts.scene.bounds(), DepthBuffer(45, 80))
+    given = GivenCuller(scene_of(behind, WALL), parts.bounds, DepthBuffer(45, 80))
     assert [index for index, _ in given.cull(looking()).drawn] == [1]
     from_behind = given.cull(looking((0.0, 30.0, 3.0), (0.0, -1.0, 0.0)))
     assert [index for index, _ in from_behind.drawn] == [0, 1]

@@ -32,7 +32,7 @@ from tests.solids import box
 def planned(scene, options=QUICK):
     """(plan, tree, parts)."""
     parts = split_large(scene)
-    tree = build_tree(parts.scene.bounds(), options.width)
+    tree = build_tree(parts.bounds, options.width)
     return plan_occluders(parts, tree, options), tree, parts
 
 

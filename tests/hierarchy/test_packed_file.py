@@ -11,8 +11,7 @@ import pytest
 from simplifier.errors import OutputError
 from simplifier.hierarchy.packed_file import (
     PACKED_FILE,
-    current_packed,
-    known_meshes,
+    read_packed,
     write_meshes,
     write_packed,
 )
@@ -22,6 +21,11 @@ from simplifier.io.occs_file import load_packed_tree
 from tests.hierarchy.builds import built
 from tests.hierarchy.scenes import QUICK, moved, street, with_object
 from tests.io.test_occs_file import check_same
+
+
+def current_packed(folder):
+    packed = read_packed(folder)
+    return packed.data if packed and packed.is_current() else None
 
 
 def test_it_holds_the_tree_of_the_manifest(tmp_path):
@@ -81,7 +85,8 @@ def test_what_is_built_is_not_read_again(tmp_path, options):
 
 
 def known_in(folder):
-    return known_meshes(folder, read_earlier(folder).keys)
+    packed = read_packed(folder)
+    return packed.meshes(read_earlier(folder).keys) if packed else {}
 
 
 def test_what_is_kept_is_taken_from_the_file_before(tmp_path):
@@ -106,5 +111,8 @@ def test_nothing_is_taken_from_a_file_that_is_not_of_the_manifest(tmp_path):
     assert known_in(tmp_path) == {}
     (tmp_path / PACKED_FILE).write_bytes(data)
     assert known_in(tmp_path)
+    assert read_packed(tmp_path).meshes(["of", "other", "keys"]) == {}
     (tmp_path / "scene.json").write_bytes(b"{}")
+    assert known_in(tmp_path) == {}
+    (tmp_path / "scene.json").unlink()
     assert known_in(tmp_path) == {}

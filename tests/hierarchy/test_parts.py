@@ -54,6 +54,7 @@ def test_every_triangle_is_in_one_piece(seed, count, least, share, longest):
             triples(corners(scene.meshes[scene.mesh_of[index]])),
         )
         assert (made.transforms[parts.object_of == index] == scene.transforms[index]).all()
+    np.testing.assert_array_equal(parts.bounds, made.bounds())
     for piece in made.meshes[:-1]:
         # The larger instance is three times as large.
         assert len(piece.faces) <= least or 3.0 * piece.extent.max() <= limit * (1.0 + 1e-9)

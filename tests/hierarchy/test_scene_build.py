@@ -147,9 +147,9 @@ def test_an_occluder_that_arrives_damaged_is_left_out(tmp_path, monkeypatch, dam
 
 def test_a_pool_places_jobs_by_their_memory():
     parts = split_large(STREET)
-    plan = plan_occluders(parts, build_tree(parts.scene.bounds(), QUICK.width), QUICK)
+    plan = plan_occluders(parts, build_tree(parts.bounds, QUICK.width), QUICK)
     jobs = list(plan.jobs.values())
-    needs = list(building._job_needs(parts.scene, jobs, QUICK))
+    needs = list(building._job_needs(parts, jobs, QUICK))
     assert all(need > 0 for need in needs)
     largest = jobs[int(np.argmax(needs))]
     assert largest.kind == "inner"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import os
 from pathlib import Path
 
@@ -102,15 +103,42 @@ def test_a_strip_and_a_fan_claim_a_triangle_a_corner(tmp_path, mode):
     assert claim_of(path).triangles == (2 if mode == 4 else len(corners))
 
 
-def test_instances_of_a_gltf_mesh_count_each(tmp_path):
+def three_instances() -> GltfBuilder:
     scene = GltfBuilder()
     positions = scene.accessor(TETRAHEDRON_POINTS, "VEC3", "f4")
     indices = scene.accessor(np.ravel(TETRAHEDRON_FACES), "SCALAR", "u2")
     mesh = scene.primitives({"attributes": {"POSITION": positions}, "indices": indices})
     for place in range(3):
         scene.node(mesh=mesh, translation=[float(place), 0.0, 0.0])
+    return scene
+
+
+def test_instances_of_a_gltf_mesh_count_each(tmp_path):
     path = tmp_path / "three.glb"
-    path.write_bytes(scene.glb())
+    path.write_bytes(three_instances().glb())
+    claim = claim_of(path)
+    assert (claim.vertices, claim.triangles) == (12, 12)
+
+
+@pytest.mark.parametrize(
+    "extra",
+    [
+        '"plain"',
+        "NaN",
+        "1e999",
+        "123456789012345678901234567890",
+        '"\\ud800"',
+        '{"twice": 1, "twice": 2}',
+    ],
+)
+@pytest.mark.parametrize("begin", ["", "\ufeff"])
+def test_long_json_claims_what_short_json_claims(tmp_path, extra, begin):
+    scene = three_instances()
+    scene.root["extras"] = ["here", "long" * (1 << 18)]
+    data = base64.b64encode(scene.binary).decode()
+    text = scene.json(uri=f"data:application/octet-stream;base64,{data}").decode()
+    path = tmp_path / "long.gltf"
+    path.write_text(begin + text.replace('"here"', extra), encoding="utf-8")
     claim = claim_of(path)
     assert (claim.vertices, claim.triangles) == (12, 12)
 

@@ -1,6 +1,7 @@
 """Open sheets with an outline in few triangles: ``python -m bench.sheets [NAME ...]``.
 
-Seven terrains, of which six are noise, and eleven other sheets: cloths, domes, pipes and the like.
+Seven terrains, of which six are noise, eleven other sheets, cloths, domes, pipes and the like, and
+a town on a ground.
 The table is that of :mod:`bench.by_budget`; ``--presets draft,balanced``, ``--budgets 12,16,24``
 and ``--seeds 2`` say what is run; names after that, which sheets.  If none is named, each preset's
 rows go to ``bench/results/sheets_PRESET.csv`` and to ``sheets.md``.
@@ -17,10 +18,10 @@ from bench.by_budget import Shapes, arguments, run
 from bench.meshes import lattice_faces, load_stand_in, stand_in_named
 from bench.quality import RESULTS
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
-from tests.solids import hills
+from tests.solids import hills, town
 
 BUDGETS = (12, 16, 24, 32, 40, 48, 64)
-TERRAIN = "terrain"
+TERRAIN, TOWN = "terrain", "town"
 
 Shape = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray, FloatArray]]
 """From a square (n, n), u and v from 0 to 1, to places x, y and z."""
@@ -107,14 +108,17 @@ def sheets() -> Iterator[tuple[str, TriangleMesh | None]]:
         yield name, shaped(side, shape)
     yield "L", cut_out(shaped(*SHAPES["cloth"]))
     yield "hills", hills(120)
+    yield TOWN, town()
 
 
 def kind_of(name: str) -> str:
+    if name == TOWN:
+        return "grounds"
     return "terrains" if name.startswith(TERRAIN) else "others"
 
 
 def standing(name: str) -> dict[str, Any]:
-    return {"up": "z", "ground": name.startswith(TERRAIN)}
+    return {"up": "y" if name == TOWN else "z", "ground": name.startswith(TERRAIN)}
 
 
 def main(words: Sequence[str] | None = None) -> None:

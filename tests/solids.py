@@ -53,6 +53,24 @@ def box(extent=(1.0, 1.0, 1.0), low=(0.0, 0.0, 0.0), *, without=()):
     return TriangleMesh.from_soup(CORNERS * extent + low, triangles_of(QUADS[sides]))
 
 
+def town(pieces=10_000):
+    """A ground with a shallow hollow in its middle, which is full of ``pieces`` of all directions.
+
+    The ground is ten of all triangles and nearly all of the surface.
+    """
+    generator = np.random.default_rng(1)
+    places = generator.uniform((940.0, 0.0, 940.0), (1060.0, 14.4, 1060.0), (pieces, 1, 3))
+    corners = places + generator.uniform(0.0, 3.0, (pieces, 3, 3))
+    rubble = TriangleMesh.from_soup(corners.reshape(-1, 3), np.arange(3 * pieces).reshape(-1, 3))
+    floor = box((120.0, 0.0, 120.0), (940.0, -4.0, 940.0), without=(0, 1, 2, 4, 5))
+    edge = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
+    around = np.concatenate([2000.0 * edge, 940.0 + 120.0 * edge])
+    here, there = np.arange(4), np.roll(np.arange(4), -1)
+    quads = np.stack([here, here + 4, there + 4, there], axis=1)
+    ring = TriangleMesh.from_soup(np.insert(around, 1, 0.0, axis=1), triangles_of(quads))
+    return joined(rubble, ring, floor)
+
+
 def sphere(radius=1.0, rings=16):
     """A closed sphere of latitudes and longitudes around the origin."""
     around = 2 * rings

@@ -16,4 +16,4 @@ def test_every_sheet_is_open_and_the_noise_is_as_high_as_said():
         assert border_places(mesh.faces, len(mesh.vertices)).any()
     height = np.ptp(noise(1, 40, 2.5).vertices[:, 2])
     assert height == pytest.approx(6.0)
-    assert {kind_of(name) for name in made} == {"terrains", "others"}
+    assert {kind_of(name) for name in made} == {"terrains", "others", "grounds"}

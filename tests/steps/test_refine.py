@@ -45,6 +45,7 @@ from tests.solids import (
     rounded_box,
     sphere,
     torus,
+    town,
     triangles_of,
     truss,
     turned,
@@ -909,3 +910,12 @@ def test_bars_hide_more_where_searches_keep_to_their_slab(monkeypatch):
     assert within > 0.5 > 1.3 * recall()
     monkeypatch.setattr(search, "_NEXT_TO_NOTHING", 0.0)
     assert recall() < 0.25
+
+
+@pytest.mark.parametrize("preset", ["draft", "balanced"])
+def test_what_stands_on_a_ground_does_not_tilt_its_occluder(preset):
+    """On edge a tilted one covers a multiple of what there is to see."""
+    found = simplifier.simplify(town(), preset=preset, budget=16).measure()
+    assert found.recall > 0.99
+    assert found.overhang.mean < 0.005
+    assert found.overhang.by_view.max() < 0.1

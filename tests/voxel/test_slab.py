@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.room import EVERYWHERE
 from simplifier.options.stages import SolidOptions, make_options
 from simplifier.progress import Stopwatch
@@ -92,3 +93,57 @@ def test_the_room_of_a_plate_has_its_slab():
     room = open_room(plate, solid, options)
     check_slab(plate, solid.core, room.slab, room.margin)
     assert room.up_to(1).slab is room.slab
+
+
+def ground(size=100.0):
+    """Two triangles in the xz plane."""
+    return box((size, 0.0, size), without=(0, 1, 2, 4, 5))
+
+
+def rubble(count, height, seed=1):
+    """Small triangles of any direction in the middle of the ground, as high as that."""
+    generator = np.random.default_rng(seed)
+    places = generator.uniform((45.0, 0.0, 45.0), (55.0, 0.9 * height, 55.0), (count, 1, 3))
+    corners = places + generator.uniform(0.0, 0.1 * height, (count, 3, 3))
+    corners[0, :, 1] = 0.0, height, 0.5 * height
+    return TriangleMesh.from_soup(corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+
+
+def town(count, height):
+    """The ground is neither among the first triangles nor among the last."""
+    return joined(rubble(count, height, seed=2), ground(), rubble(count, height))
+
+
+@pytest.mark.parametrize("count", [1601, 20_001])
+def test_few_faces_that_are_most_of_the_surface_tell_the_direction(count):
+    mesh, height = town(count, 6.0), 6.0
+    grid = grid_of(mesh)
+    few = mesh.faces[:: -(-len(mesh.faces) // 1024)]
+    assert np.ptp(mesh.vertices[few][..., 0]) < 20.0  # not one of the ground
+    slab = thin_slab(mesh, grid, 2.0)
+    check_slab(mesh, grid, slab)
+    assert np.abs(slab[:3]) == pytest.approx([0.0, 1.0, 0.0], abs=1e-2)
+    assert slab[4] - slab[3] == pytest.approx(height / grid.cell_size, rel=0.2)
+
+
+@pytest.mark.parametrize(("height", "left_out"), [(1.0, True), (2.0, True), (4.0, False)])
+@pytest.mark.parametrize("upside_down", [False, True])
+def test_what_a_ground_carries_is_left_out_where_no_voxel_shows_it(height, left_out, upside_down):
+    """It is higher than a diagonal of a cell from 2.7 on."""
+    mesh = town(30, height)
+    if upside_down:
+        mesh = TriangleMesh(mesh.vertices * [1.0, -1.0, 1.0], mesh.faces)
+    grid = grid_of(mesh)
+    slab = thin_slab(mesh, grid, 2.0)
+    if not left_out:
+        check_slab(mesh, grid, slab)
+        return
+    assert np.abs(slab[:3]) == pytest.approx([0.0, 1.0, 0.0], abs=1e-5)
+    assert along(ground(), grid, slab, 2.0) == pytest.approx(slab[3], abs=1e-2)
+    assert slab[4] - slab[3] < 1e-2
+
+
+def test_what_is_more_than_a_hundredth_of_the_surface_is_not_left_out():
+    mesh = joined(ground(), box((20.0, 1.0, 20.0), (40.0, 0.0, 40.0)))
+    grid = grid_of(mesh)
+    check_slab(mesh, grid, thin_slab(mesh, grid, 2.0))

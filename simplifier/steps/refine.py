@@ -59,10 +59,9 @@ _SHEET_SECONDS = 0.02  # of a sheet, of which a search in so little time may lea
 _HURRIED = 0.4  # of such a limit, for judging
 
 
-_STARTS = (
-    "planar sections", "the surface of the solid in fewer triangles", "the mesh in fewer triangles",
-)  # fmt: skip
-_DETAILED = "the mesh in fewer triangles, with all that is finer than a voxel"
+_SECTIONS, _SOLID = "planar sections", "the surface of the solid in fewer triangles"
+_MESH = "the mesh in fewer triangles"
+_DETAILED = f"{_MESH}, with all that is finer than a voxel"
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,6 +202,15 @@ class _Run:
         decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough
         several = in_time and (aims.decimated or decimated)
         return cls(start, looks, options, decimated, several, deadline, tell, cancelled)
+
+    @property
+    def begun(self) -> tuple[str, ...]:
+        """What searches begin with, in words.  The solid of a sheet encloses nothing, and its
+        surface, of tens of thousands of triangles, leaves nothing when it is decimated."""
+        if not self.decimated:
+            return (_SECTIONS,)
+        sheet = self.looks.original.solid.is_sheet
+        return (_SECTIONS, _MESH) if sheet else (_SECTIONS, _SOLID, _MESH)
 
     @cached_property
     def outlined(self) -> bool:
@@ -405,8 +413,7 @@ def _searched(
         starts, task.room, views, budget, aims, seed, run.tell(begin, middle),
         run.time_for(first), run.outlines, run.looks.room.limit,
     )  # fmt: skip
-    begun = _listed(_STARTS[: len(starts)])
-    searched = f"The occluder was found by searches that began with {begun}."
+    searched = f"The occluder was found by searches that began with {_listed(run.begun)}."
     if not task.judged:
         best = (found or starts)[0]
         if not whole:
@@ -454,7 +461,7 @@ class _Task:
         return cls(run, budget, run.looks.room_for(budget), judged, in_detail)
 
     def starts_and_whole(self) -> tuple[list[FloatArray], list[FloatArray]]:
-        """What searches begin with, sections first; and of a simple mesh all of it in fewer
+        """What searches begin with, as ``begun`` has it; and of a simple mesh all of it in fewer
         triangles, which may leave nothing to search for.
 
         All of it is made at the same time, since each leaves a core idle, and so are the pictures
@@ -463,7 +470,7 @@ class _Task:
         run, surfaces = self.run, self.run.looks.surfaces
 
         def of_mesh() -> list[FloatArray]:
-            return [surfaces.of_mesh(self.budget, self.room)] if run.decimated else []
+            return [surfaces.of_mesh(self.budget, self.room)] if _MESH in run.begun else []
 
         def whole() -> list[FloatArray]:
             if run.simple:
@@ -478,7 +485,7 @@ class _Task:
             return run_both(of_mesh, whole)
 
         def of_solid() -> list[FloatArray]:
-            made = [surfaces.of_solid(self.budget, self.room)] if run.decimated else []
+            made = [surfaces.of_solid(self.budget, self.room)] if _SOLID in run.begun else []
             if self.in_detail and run.simple:
                 _ = run.judge
             return made
@@ -516,7 +523,7 @@ class _Task:
         if len(best) == 0:
             words = "All that was found would hide too much wrongly, so the occluder is empty."
             return Refined(best, self.room.bound, words)
-        names = [name for one, name in zip(starts, _STARTS, strict=False) if one is best]
+        names = [name for one, name in zip(starts, self.run.begun, strict=True) if one is best]
         words = f"No search did better than {(*names, _DETAILED)[0]}, which became the occluder."
         room = self.room if names else self.run.looks.room
         return Refined(best, room.bound, words)

@@ -32,8 +32,8 @@ from simplifier.steps.time_limit import start_in_time
 from simplifier.steps.verbatim import is_own_occluder, own_triangles
 
 _EMPTY = (
-    "all that was found would hide too much of what is visible, so the occluder is empty; raise the"
-    " resolution, allow more overhang, or lower the minimum precision"
+    "all that was found would hide too much of what is visible, so the occluder is empty; allow more"
+    " triangles or more overhang, or lower the resolution or the minimum precision"
 )
 
 

@@ -31,10 +31,7 @@ from simplifier.steps.solid import solid_decisions, solid_warnings, solidify
 from simplifier.steps.time_limit import start_in_time
 from simplifier.steps.verbatim import is_own_occluder, own_triangles
 
-_EMPTY = (
-    "all that was found would hide too much of what is visible, so the occluder is empty; allow more"
-    " triangles or more overhang, or lower the resolution or the minimum precision"
-)
+_COARSE = 32  # voxels: in more, few triangles have ever less room
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +121,7 @@ def simplify_mesh(
     triangles = np.concatenate([overrides.triangles, triangles])
     occluder = Occluder.of(triangles, bound, watch.timings)
     if len(occluder.faces) == 0 < solid.core.count:
-        warnings.append(_EMPTY)
+        warnings.append(_empty(options))
     if interrupted:
         warnings.append("interrupted: this is the best occluder so far")
     return Simplification(occluder, solid, tuple(warnings), interrupted, tuple(decisions))
@@ -157,6 +154,14 @@ def cut_solid(
             return choose_triangles(chains, solid, options, drawn, watch)
 
         return start_in_time(start, solid, flats, options, watch, deadline)
+
+
+def _empty(options: Options) -> str:
+    change = "raise" if options.solid.resolution <= _COARSE else "lower"
+    return (
+        "all that was found would hide too much of what is visible, so the occluder is empty; allow"
+        f" more triangles or more overhang, {change} the resolution, or lower the minimum precision"
+    )
 
 
 def _check_left(left: int, options: Options, overrides: Overrides) -> None:

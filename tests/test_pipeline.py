@@ -560,6 +560,8 @@ def test_the_seed_reaches_the_exchange(monkeypatch):
     assert seen == [77]
     assert len(result.occluder.faces) == 0
     assert any("all that was found would hide too much" in warning for warning in result.warnings)
+    fine = run(box(), budget=11, resolution=48, preset="best", moves=0, seed=77)
+    assert any("lower the resolution" in warning for warning in fine.warnings)
 
 
 def test_the_mesh_is_left_alone():

@@ -121,8 +121,24 @@ def blob(seed=0, rings=20):
 
 def hills(side=41):
     """An open sheet of so many vertices a side, of which planar sections show next to nothing."""
-    x, y = np.meshgrid(*[np.linspace(0.0, 1.0, side)] * 2, indexing="ij")
+    x, y = _square(side)
     z = 0.06 * (np.sin(7.0 * x + 2.0 * y) + np.sin(9.0 * y - 4.0 * x) + 0.4 * np.cos(23.0 * x * y))
+    return _height_field(x, y, z)
+
+
+def waves(side=51):
+    """An open sheet of so many vertices a side, with four waves each way, as of eggs in a box."""
+    x, y = _square(side)
+    return _height_field(x, y, 0.018 * (np.sin(25.0 * x) + np.sin(25.0 * y)))
+
+
+def _square(side):
+    return np.meshgrid(*[np.linspace(0.0, 1.0, side)] * 2, indexing="ij")
+
+
+def _height_field(x, y, z):
+    """Of places (side, side)."""
+    side = len(x)
     place = np.arange(side**2).reshape(side, side)
     squares = np.stack([place[:-1, :-1], place[1:, :-1], place[1:, 1:], place[:-1, 1:]], axis=-1)
     points = np.stack([x, y, z], axis=-1).reshape(-1, 3)

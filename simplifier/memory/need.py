@@ -15,7 +15,6 @@ from dataclasses import dataclass
 from simplifier.kernels.coverage import VIEWS_AT_A_TIME, by_contours
 from simplifier.kernels.sight import picture_size
 from simplifier.kernels.threads import thread_count
-from simplifier.options.simplify import LITTLE_OVERHANG
 from simplifier.options.stages import Options, SectionOptions, SolidOptions, fineness
 
 GIB = 1 << 30
@@ -180,10 +179,10 @@ def _inner(shape: Shape, options: Options) -> int:
 
 
 def _inner_fineness(shape: Shape, options: Options) -> int:
-    """Voxels of the interior to a cell along each axis."""
+    """Voxels of the interior to a cell along each axis: of a sheet, which it may be, finer ones."""
     if options.solid.wholly_inside:
         return fineness(max(shape), inside=True) if options.solid.shrink == 0.0 else 1
-    return fineness(max(shape)) if options.bound_from_fine_interior else 1
+    return fineness(max(shape)) if options.fine_room else 1
 
 
 def sections(shape: Shape, options: SectionOptions) -> int:
@@ -226,8 +225,8 @@ def _fine_room(shape: Shape, options: Options) -> tuple[int, int]:
     """The voxels and what is known of each cell; and with that what both are made of: cells that
     are touched and filled, a queue of the voxels in cells of the surface, and a layer's."""
     inside = options.solid.wholly_inside
-    # Layers of one diagonal of a cell lie in two cells around, those of two in three; and one more.
-    margin = 1 if inside else 3 if options.refine.overhang <= LITTLE_OVERHANG else 4
+    # Layers of two diagonals of a cell, as of a sheet, lie in three cells around; and one more.
+    margin = 1 if inside else 4
     size, cells = fineness(max(shape), inside), _grown(shape, margin)
     a, b, c = shape
     surface = 2 * (a * b + b * c + c * a)

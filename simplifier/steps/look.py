@@ -17,12 +17,12 @@ from simplifier.device.device import Device
 from simplifier.device.remembering import remembering
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh, as_mesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
-from simplifier.geometry.room import Room
+from simplifier.geometry.room import SURFACE, Room
 from simplifier.geometry.solid import Solid
 from simplifier.geometry.views import FRONT_DEPTH, BoundingSphere
 from simplifier.kernels.bit_image import SIZE
 from simplifier.kernels.threads import Ahead, Stopped, run_both
-from simplifier.options.stages import Options
+from simplifier.options.stages import TOUCHED_VOXELS, Options
 from simplifier.progress import Deadline, Stopwatch, silent
 from simplifier.refinement.annealing import RefineViews, by_looks
 from simplifier.refinement.containment import narrowest_room
@@ -140,6 +140,16 @@ class Looks:
     surfaces: Surfaces
     room: Room
     glance: bool
+
+    @property
+    def rooms(self) -> list[Room]:
+        """In which a mesh of few triangles, or with an outline, is decimated: the room, and of that
+        of a sheet what lies within a cell's diagonal.  The wider one leaves no holes in few
+        triangles, the narrower is nearer to the surface where it leaves none either."""
+        room = self.room
+        if not self.original.solid.is_sheet or room.limit <= SURFACE:
+            return [room]
+        return [room.within(TOUCHED_VOXELS + room.reaches[SURFACE]), room]
 
     def room_for(self, budget: int) -> Room:
         """The room in which searches for so many triangles begin."""

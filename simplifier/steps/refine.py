@@ -474,7 +474,7 @@ class _Task:
 
         def whole() -> list[FloatArray]:
             if run.simple:
-                return self.detailed(run.looks.room)
+                return self.detailed(*run.looks.rooms)
             if self.in_detail and run.decimated and thread_count() > 1:
                 surfaces.reduced(self.budget)
             return []

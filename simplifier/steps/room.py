@@ -59,17 +59,26 @@ def _bounded_room(
 
 
 def _fine_room(mesh: TriangleMesh, solid: Solid, options: Options) -> Room:
-    """A cell's diagonal around the solid, or as far as overhang and error bound allow.
+    """A cell's diagonal around the solid, or as far as overhang and error bound allow; around a
+    sheet as far as the error bound does.
 
-    Past that one the bound counts from what is inside in voxels of the room.
+    Past that one the bound counts from what is inside in voxels of the room.  A sheet has next to
+    nothing inside, so that is its surface: voxels that this touches are known in the room's own.
     """
     size, cell = fineness(options.solid.resolution), solid.core.cell_size
-    share = min(max((options.refine.overhang - LITTLE_OVERHANG) / _SPAN, 0.0), 1.0)
+    share = _share_past_diagonal(solid, options)
     room = make_room(mesh, solid, size, TOUCHED_VOXELS * (1.0 + share * (1.0 - 1.0 / size)))
-    if not options.bound_from_fine_interior:
+    if not (options.bound_from_fine_interior or solid.is_sheet):
         return room
     bound = ERROR_VOXELS if options.error_bound is None else options.error_bound / cell
     return replace(room, slack=0.0).within(min(bound, ERROR_VOXELS) * (1.0 + _ROUNDING))
+
+
+def _share_past_diagonal(solid: Solid, options: Options) -> float:
+    """0 to 1, of what an error bound that counts from fine voxels lets a room have."""
+    if solid.is_sheet:
+        return 1.0
+    return min(max((options.refine.overhang - LITTLE_OVERHANG) / _SPAN, 0.0), 1.0)
 
 
 def with_inner(solid: Solid, room: Room | None) -> Solid:

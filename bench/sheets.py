@@ -1,6 +1,6 @@
 """Open sheets with an outline in few triangles: ``python -m bench.sheets [NAME ...]``.
 
-Seven terrains, of which six are noise, eleven other sheets, cloths, domes, pipes and the like, and
+Seven terrains, of which six are noise; eleven other sheets: cloths, domes, pipes and the like; and
 a town on a ground.
 The table is that of :mod:`bench.by_budget`; ``--presets draft,balanced``, ``--budgets 12,16,24``
 and ``--seeds 2`` say what is run; names after that, which sheets.  If none is named, each preset's

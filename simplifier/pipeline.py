@@ -31,7 +31,7 @@ from simplifier.steps.solid import solid_decisions, solid_warnings, solidify
 from simplifier.steps.time_limit import start_in_time
 from simplifier.steps.verbatim import is_own_occluder, own_triangles
 
-_COARSE = 32  # voxels: in more, few triangles have ever less room
+_COARSE = 32  # voxels: the more there are, the less room have few triangles
 
 
 @dataclass(frozen=True, eq=False)

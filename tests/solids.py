@@ -39,8 +39,7 @@ def random_soup(seed, count, spread):
     """Triangles about random places of the unit cube, their corners so far away in the mean."""
     random = np.random.default_rng(seed)
     corners = random.random((count, 1, 3)) + random.normal(0.0, spread, (count, 3, 3))
-    faces = np.arange(3 * count).reshape(-1, 3)
-    return TriangleMesh.from_soup(corners.reshape(-1, 3), faces)
+    return as_soup(corners)
 
 
 def triangles_of(quads):
@@ -53,22 +52,32 @@ def box(extent=(1.0, 1.0, 1.0), low=(0.0, 0.0, 0.0), *, without=()):
     return TriangleMesh.from_soup(CORNERS * extent + low, triangles_of(QUADS[sides]))
 
 
+def rubble(count, low, high, size, *, seed):
+    """(count, 3, 3) small triangles of any direction that begin in a box."""
+    generator = np.random.default_rng(seed)
+    places = generator.uniform(low, high, (count, 1, 3))
+    return places + generator.uniform(0.0, size, (count, 3, 3))
+
+
+def as_soup(triangles):
+    """A mesh of triangles (m, 3, 3) that share no corner."""
+    faces = np.arange(3 * len(triangles)).reshape(-1, 3)
+    return TriangleMesh.from_soup(triangles.reshape(-1, 3), faces)
+
+
 def town(pieces=10_000):
     """A ground with a shallow hollow in its middle, which is full of ``pieces`` of all directions.
 
     The ground is ten of all triangles and nearly all of the surface.
     """
-    generator = np.random.default_rng(1)
-    places = generator.uniform((940.0, 0.0, 940.0), (1060.0, 14.4, 1060.0), (pieces, 1, 3))
-    corners = places + generator.uniform(0.0, 3.0, (pieces, 3, 3))
-    rubble = TriangleMesh.from_soup(corners.reshape(-1, 3), np.arange(3 * pieces).reshape(-1, 3))
+    full = as_soup(rubble(pieces, (940.0, 0.0, 940.0), (1060.0, 14.4, 1060.0), 3.0, seed=1))
     floor = box((120.0, 0.0, 120.0), (940.0, -4.0, 940.0), without=(0, 1, 2, 4, 5))
     edge = np.array([(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)])
     around = np.concatenate([2000.0 * edge, 940.0 + 120.0 * edge])
     here, there = np.arange(4), np.roll(np.arange(4), -1)
     quads = np.stack([here, here + 4, there + 4, there], axis=1)
     ring = TriangleMesh.from_soup(np.insert(around, 1, 0.0, axis=1), triangles_of(quads))
-    return joined(rubble, ring, floor)
+    return joined(full, ring, floor)
 
 
 def sphere(radius=1.0, rings=16):

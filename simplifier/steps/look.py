@@ -149,7 +149,8 @@ class Looks:
         room = self.room
         if not self.original.solid.is_sheet or room.limit <= SURFACE:
             return [room]
-        return [room.within(TOUCHED_VOXELS + room.reaches[SURFACE]), room]
+        narrower = room.within(TOUCHED_VOXELS + room.reaches[SURFACE])
+        return [room] if narrower.limit == room.limit else [narrower, room]
 
     def room_for(self, budget: int) -> Room:
         """The room in which searches for so many triangles begin."""

@@ -14,7 +14,7 @@ from simplifier.steps.room import open_room
 from simplifier.steps.solid import solidify
 from simplifier.voxel import slab as module
 from simplifier.voxel.slab import thin_slab
-from tests.solids import box, flower, joined, moved, random_soup, sphere, turned
+from tests.solids import as_soup, box, flower, joined, moved, random_soup, rubble, sphere, turned
 
 TURNS = {"as it is": np.eye(3), "turned": Rotation.random(random_state=3).as_matrix()}
 
@@ -100,23 +100,22 @@ def ground(size=100.0):
     return box((size, 0.0, size), without=(0, 1, 2, 4, 5))
 
 
-def rubble(count, height, seed=1):
-    """Small triangles of any direction in the middle of the ground, as high as that."""
-    generator = np.random.default_rng(seed)
-    places = generator.uniform((45.0, 0.0, 45.0), (55.0, 0.9 * height, 55.0), (count, 1, 3))
-    corners = places + generator.uniform(0.0, 0.1 * height, (count, 3, 3))
-    corners[0, :, 1] = 0.0, height, 0.5 * height
-    return TriangleMesh.from_soup(corners.reshape(-1, 3), np.arange(3 * count).reshape(-1, 3))
+def heap(count, height, seed):
+    """Of rubble in the middle of the ground, as high as that."""
+    low, high = (45.0, 0.0, 45.0), (55.0, 0.9 * height, 55.0)
+    triangles = rubble(count, low, high, 0.1 * height, seed=seed)
+    triangles[0, :, 1] = 0.0, height, 0.5 * height
+    return as_soup(triangles)
 
 
-def town(count, height):
+def heaps(count, height):
     """The ground is neither among the first triangles nor among the last."""
-    return joined(rubble(count, height, seed=2), ground(), rubble(count, height))
+    return joined(heap(count, height, seed=2), ground(), heap(count, height, seed=1))
 
 
 @pytest.mark.parametrize("count", [1601, 20_001])
 def test_few_faces_that_are_most_of_the_surface_tell_the_direction(count):
-    mesh, height = town(count, 6.0), 6.0
+    mesh, height = heaps(count, 6.0), 6.0
     grid = grid_of(mesh)
     few = mesh.faces[:: -(-len(mesh.faces) // 1024)]
     assert np.ptp(mesh.vertices[few][..., 0]) < 20.0  # not one of the ground
@@ -130,7 +129,7 @@ def test_few_faces_that_are_most_of_the_surface_tell_the_direction(count):
 @pytest.mark.parametrize("upside_down", [False, True])
 def test_what_a_ground_carries_is_left_out_where_no_voxel_shows_it(height, left_out, upside_down):
     """It is higher than a diagonal of a cell from 2.7 on."""
-    mesh = town(30, height)
+    mesh = heaps(30, height)
     if upside_down:
         mesh = TriangleMesh(mesh.vertices * [1.0, -1.0, 1.0], mesh.faces)
     grid = grid_of(mesh)

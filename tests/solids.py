@@ -109,10 +109,24 @@ def rounded_box(extent=(1.0, 0.6, 0.8), rings=40):
 
 def torus(ring=1.0, tube=0.45, around=32, across=16):
     """A closed torus about the y axis."""
+    roll = 2.0 * np.pi * np.arange(across) / across
+    return _turned_about_y(ring + tube * np.cos(roll), tube * np.sin(roll), around)
+
+
+def pipe(radius=0.5, wall=0.05, length=2.0, around=96):
+    """A pipe along the y axis, open at both ends."""
+    inner = radius - wall
+    return _turned_about_y(
+        np.array([inner, radius, radius, inner]), length * np.array([0.0, 0.0, 1.0, 1.0]), around
+    )
+
+
+def _turned_about_y(away, height, around):
+    """A closed outline, counter-clockwise: (n,) from the axis and (n,) along it."""
+    across = len(away)
     i, j = np.meshgrid(np.arange(around), np.arange(across), indexing="ij")
-    turn, roll = 2.0 * np.pi * i / around, 2.0 * np.pi * j / across
-    away = ring + tube * np.cos(roll)
-    points = np.stack([away * np.cos(turn), tube * np.sin(roll), away * np.sin(turn)], axis=-1)
+    turn = 2.0 * np.pi * i / around
+    points = np.stack([away[j] * np.cos(turn), height[j], away[j] * np.sin(turn)], axis=-1)
     k, m = (i + 1) % around, (j + 1) % across
     quads = [i * across + j, i * across + m, k * across + m, k * across + j]
     return TriangleMesh.from_soup(

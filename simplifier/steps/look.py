@@ -42,7 +42,7 @@ MANY = 64
 
 _FEW_FINE_VIEWS = 6  # where a time limit is short
 _FRONT = 128  # pixels a side of pictures for front: as many as for overhang would tell no more
-_LEAST_GLANCED = 48  # triangles, in which a mesh may hide nearly all
+_SOON = 4_000  # triangles, that are decimated in little time beside a draft
 _ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
 _EACH = 0.35  # the power of a budget by which more triangles reach all of the room sooner
 _TINY = 1e-9
@@ -240,12 +240,11 @@ def look(
 
 
 def _is_told_soon(mesh: TriangleMesh, budget: int) -> bool:
-    """Whether a mesh in so many triangles may hide nearly all of it, and is made in little time
-    beside a draft.  Of what is round the more triangles leave the less to be gained, so more of
+    """Whether a mesh is made in so many triangles in little time beside a draft, or may hide nearly
+    all of itself so.  Of what is round the more triangles leave the less to be gained, so more of
     those that it has are worth the time; what is flat needs few."""
-    if budget < _LEAST_GLANCED:
-        return False
-    return len(mesh.faces) <= budget**2 // 4 or directions_of_half(mesh) <= budget // 8
+    few = max(_SOON, budget**2 // 4)
+    return len(mesh.faces) <= few or directions_of_half(mesh) <= budget // 8
 
 
 def _views(original: Original, deadline: Deadline, stopped: Stopped | None) -> RefineViews:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,6 +49,7 @@ _SLIGHT = 0.01  # overhang: who asks for more of it asks for what searches find 
 _SETTLING = 0.3  # of what a time limit leaves, for that
 _NEARLY = 0.97  # of recall less faults: a search of what hides so much gains a tenth of a percent
 _GLANCED = 0.95  # with which a draft keeps a mesh in full detail
+_BESIDE = 0.6  # of what sections score, with which it begins a search, too
 _LITTLE = 0.1  # of the original's score: sections of hills, rods and shells have less
 _SEVERAL_SECONDS = 0.5  # that a time limit has to leave for more than one start
 _OUTLINED_SECONDS = 0.2  # for finer pictures of up to 64 triangles, in which overhang is judged
@@ -161,17 +163,26 @@ def _moved(
     return replace(found, triangles=found.triangles - margin)
 
 
+class _Start(NamedTuple):
+    """What a search may begin with, in words, and its triangles (m, 3, 3)."""
+
+    words: str
+    triangles: FloatArray
+
+
 @dataclass(frozen=True, eq=False)
 class _Run:
     """What all searches of a run share, whatever their budgets.
 
     ``start``    (m, 3, 3) planar sections, in the room's place.
+    ``share``    of the original's score, that sections have as they are; 0 where nobody asks.
     ``looks``    at the original, in a room that is as wide as the error bound lets it be.
     ``decimated``  whether searches begin from decimated surfaces, too.
     ``several``  whether there is time for searches that follow the first.
     """
 
     start: FloatArray
+    share: float
     looks: Looks
     options: Options
     decimated: bool
@@ -199,18 +210,12 @@ class _Run:
             enough = MUCH_BEGUN
         elif looks.original.solid.is_sheet or (has_room and deadline.left > _DECIMATED_SECONDS):
             enough = _LITTLE
-        decimated = enough > 0.0 and hidden_share(start, looks.room, looks.views, aims) < enough
+        share = 0.0
+        if enough > 0.0:
+            share = hidden_share(start, looks.room, looks.views, aims)
+        decimated = share < enough
         several = in_time and (aims.decimated or decimated)
-        return cls(start, looks, options, decimated, several, deadline, tell, cancelled)
-
-    @property
-    def begun(self) -> tuple[str, ...]:
-        """What searches begin with, in words.  The solid of a sheet encloses nothing, and its
-        surface, of tens of thousands of triangles, leaves nothing when it is decimated."""
-        if not self.decimated:
-            return (_SECTIONS,)
-        sheet = self.looks.original.solid.is_sheet
-        return (_SECTIONS, _MESH) if sheet else (_SECTIONS, _SOLID, _MESH)
+        return cls(start, share, looks, options, decimated, several, deadline, tell, cancelled)
 
     @cached_property
     def outlined(self) -> bool:
@@ -400,11 +405,12 @@ def _searched(
     do better."""
     aims, seed, views = run.options.refine, run.options.seed, run.looks.views
     task = _Task.of(run, budget)
-    starts, whole = task.starts_and_whole()
-    kept = _kept_whole(whole, run, run.enough) if whole else None
+    begun, whole = task.starts_and_whole()
+    starts = [one.triangles for one in begun]
+    kept = _kept_whole(whole, run, budget, run.enough) if whole else None
     better = _settled_whole(whole, run) if whole and kept is None and run.settles else []
     if better:
-        kept = _kept_whole(better, run, run.settled_enough)
+        kept = _kept_whole(better, run, budget, run.settled_enough)
     if kept is not None:
         return [], kept, False
     first = _FIRST if run.divided else 1.0
@@ -413,7 +419,8 @@ def _searched(
         starts, task.room, views, budget, aims, seed, run.tell(begin, middle),
         run.time_for(first), run.outlines, run.looks.room.limit,
     )  # fmt: skip
-    searched = f"The occluder was found by searches that began with {_listed(run.begun)}."
+    names = list(dict.fromkeys(one.words for one in begun))
+    searched = f"The occluder was found by searches that began with {_listed(names)}."
     if not task.judged:
         best = (found or starts)[0]
         if not whole:
@@ -422,7 +429,7 @@ def _searched(
         for one in whole:
             if run.judge.worth(one) > MUCH and _hides_more(one, best, run.judge):
                 best = one
-        return [], task.refined(best, found, starts, searched), False
+        return [], task.refined(best, found, begun, searched), False
     best = task.best_of([*found, *better], starts)
     again = None
     if run.divided and not run.cancelled():
@@ -432,7 +439,7 @@ def _searched(
             run.time_for(1.0),
         )  # fmt: skip
     if again is None:
-        refined = task.refined(best, found, starts, searched)
+        refined = task.refined(best, found, begun, searched)
     else:
         best, room = again
         found = [*found, best]
@@ -460,17 +467,19 @@ class _Task:
         in_detail = run.in_detail if judged else run.glances
         return cls(run, budget, run.looks.room_for(budget), judged, in_detail)
 
-    def starts_and_whole(self) -> tuple[list[FloatArray], list[FloatArray]]:
-        """What searches begin with, as ``begun`` has it; and of a simple mesh all of it in fewer
-        triangles, which may leave nothing to search for.
+    def starts_and_whole(self) -> tuple[list[_Start], list[FloatArray]]:
+        """What searches begin with; and of a simple mesh all of it in fewer triangles, which may
+        leave nothing to search for.
 
         All of it is made at the same time, since each leaves a core idle, and so are the pictures
         that a simple mesh is judged by next.
         """
         run, surfaces = self.run, self.run.looks.surfaces
 
-        def of_mesh() -> list[FloatArray]:
-            return [surfaces.of_mesh(self.budget, self.room)] if _MESH in run.begun else []
+        def of_mesh() -> list[_Start]:
+            if not run.decimated:
+                return []
+            return [_Start(_MESH, surfaces.of_mesh(self.budget, self.room))]
 
         def whole() -> list[FloatArray]:
             if run.simple:
@@ -479,19 +488,35 @@ class _Task:
                 surfaces.reduced(self.budget)
             return []
 
-        def of_mesh_and_whole() -> tuple[list[FloatArray], list[FloatArray]]:
+        def of_mesh_and_whole() -> tuple[list[_Start], list[FloatArray]]:
             if surfaces.terrain_like and (run.decimated or self.in_detail):
                 surfaces.reduced(self.budget)  # before both ask for it
             return run_both(of_mesh, whole)
 
-        def of_solid() -> list[FloatArray]:
-            made = [surfaces.of_solid(self.budget, self.room)] if _SOLID in run.begun else []
+        def of_solid() -> list[_Start]:
+            made: list[_Start] = []
+            # That of a sheet encloses nothing, so decimating its two sides would leave nothing.
+            if run.decimated and not run.looks.original.solid.is_sheet:
+                made = [_Start(_SOLID, surfaces.of_solid(self.budget, self.room))]
             if self.in_detail and run.simple:
                 _ = run.judge
             return made
 
         (mesh, fine), solid = run_both(of_mesh_and_whole, of_solid)
-        return [pull_into(run.start, self.room), *solid, *mesh], fine
+        sections = _Start(_SECTIONS, pull_into(run.start, self.room))
+        return [sections, *solid, *mesh, *self.glanced(fine)], fine
+
+    def glanced(self, fine: Sequence[FloatArray]) -> list[_Start]:
+        """Of the mesh in full detail, which is there already, what a draft's search gains by."""
+        run = self.run
+        if not run.glances:
+            return []
+        aims, least = run.options.refine, _BESIDE * run.share
+
+        def is_worth_it(one: FloatArray) -> bool:
+            return hidden_share(one[: self.budget], run.looks.room, run.looks.views, aims) >= least
+
+        return [_Start(_DETAILED, one) for one in fine if is_worth_it(one)]
 
     def detailed(self, *rooms: Room) -> list[FloatArray]:
         """The mesh in full detail and fewer triangles, in each room."""
@@ -514,19 +539,19 @@ class _Task:
         self,
         best: FloatArray,
         found: Sequence[FloatArray],
-        starts: Sequence[FloatArray],
+        begun: Sequence[_Start],
         searched: str,
     ) -> Refined:
         """The best one, and what it is; ``searched`` says how the rest was ``found``."""
+        bound = self.run.looks.room_of(best, self.budget).bound
         if any(best is one for one in found):
-            return Refined(best, self.run.looks.room_of(best, self.budget).bound, searched)
+            return Refined(best, bound, searched)
         if len(best) == 0:
             words = "All that was found would hide too much wrongly, so the occluder is empty."
-            return Refined(best, self.room.bound, words)
-        names = [name for one, name in zip(starts, self.run.begun, strict=True) if one is best]
-        words = f"No search did better than {(*names, _DETAILED)[0]}, which became the occluder."
-        room = self.room if names else self.run.looks.room
-        return Refined(best, room.bound, words)
+            return Refined(best, bound, words)
+        name = next((one.words for one in begun if one.triangles is best), _DETAILED)
+        words = f"No search did better than {name}, which became the occluder."
+        return Refined(best, bound, words)
 
 
 def _settled_whole(whole: Sequence[FloatArray], run: _Run) -> list[FloatArray]:
@@ -544,18 +569,20 @@ def _settled_whole(whole: Sequence[FloatArray], run: _Run) -> list[FloatArray]:
     return [settled(best, run.looks.room, run.judge, FLAWLESS, stopped)]
 
 
-def _kept_whole(whole: Sequence[FloatArray], run: _Run, enough: float) -> Refined | None:
+def _kept_whole(
+    whole: Sequence[FloatArray], run: _Run, budget: int, enough: float
+) -> Refined | None:
     """The best of the mesh in full detail, where there is nothing or no time to search for."""
     worths = run.judge.worths(whole)
-    worth, bound = max(worths), run.looks.room.bound
-    best = whole[worths.index(worth)]
+    worth = max(worths)
     if worth >= enough:
         words = "The mesh in fewer triangles hides nearly all of it, so nothing was searched."
-        return Refined(best, bound, words)
-    if worth > 0.0 and run.deadline.left < _JUDGED_SECONDS:
+    elif worth > 0.0 and run.deadline.left < _JUDGED_SECONDS:
         words = "The mesh in fewer triangles was kept, since no time was left to search."
-        return Refined(best, bound, words)
-    return None
+    else:
+        return None
+    best = whole[worths.index(worth)]
+    return Refined(best, run.looks.room_of(best, budget).bound, words)
 
 
 def _asks_for_detail(

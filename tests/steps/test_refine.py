@@ -43,6 +43,7 @@ from tests.solids import (
     hills,
     joined,
     ladder,
+    pipe,
     rounded_box,
     sphere,
     torus,
@@ -97,6 +98,7 @@ def test_more_of_the_room_is_taken_where_nothing_sticks_out(monkeypatch, mesh):
     its outline would: in the room for that, all of it hid nothing."""
     options = {"budget": 32, "resolution": 24, "overhang": 0.2, "preset": "draft"}
     monkeypatch.setattr(look_step, "narrowed_room", lambda room, *others: room.up_to(SURFACE))
+    never_glance(monkeypatch)
 
     def made():
         """A result, its recall, and the layers of the room that it keeps to."""
@@ -239,6 +241,7 @@ def test_starts_of_sections_alone_are_worse_for_a_sheet(monkeypatch):
 def test_a_draft_of_bars_begins_with_the_mesh_too(monkeypatch):
     """Sections of them had 4 to 10 % of what they hide, and other starts were for sheets alone."""
     bars = ladder()
+    never_glance(monkeypatch)
 
     def recall():
         occluder = run(bars, budget=32, preset="draft").occluder
@@ -255,7 +258,8 @@ def test_a_draft_of_bars_begins_with_the_mesh_too(monkeypatch):
     [
         (
             {"preset": "draft"},
-            "The occluder was found by searches that began with planar sections.",
+            "The occluder was found by searches that began with planar sections and the mesh in"
+            " fewer triangles, with all that is finer than a voxel.",
         ),
         ({"moves": 0}, "The occluder is made of planar sections, which were not refined."),
         (
@@ -375,13 +379,17 @@ def test_a_draft_of_a_curved_sheet_is_judged_in_full_detail_however_good_its_sec
     check_triangles(made.occluder, 64)
 
 
+def never_glance(monkeypatch):
+    monkeypatch.setattr(look_step, "_is_told_soon", lambda mesh, budget: False)
+
+
 def drafts(monkeypatch, mesh, budget):
     """Without a glance at the mesh in full detail and with it: reports, and how it was found."""
     made = []
     for glances in (False, True):
         with monkeypatch.context() as patch:
             if not glances:
-                patch.setattr(look_step, "_is_told_soon", lambda mesh, budget: False)
+                never_glance(patch)
             result = run(mesh, budget=budget, preset="draft")
         check_triangles(result.occluder, budget)
         check_contained(mesh, result)
@@ -416,21 +424,33 @@ def test_a_draft_takes_a_mesh_in_full_detail_that_hides_more_than_what_it_found(
     assert after.overhang.mean < before.overhang.mean
 
 
-@pytest.mark.parametrize(("mesh", "budget"), [(torus(), 64), (sphere(), 64)])
+@pytest.mark.parametrize(("mesh", "budget"), [(torus(), 32), (sphere(), 64)])
 def test_a_draft_keeps_what_it_found_where_that_hides_more(monkeypatch, mesh, budget):
+    """The mesh scores less than 0.6 of what sections do, so no search begins with it either."""
     (before, _), (after, how) = drafts(monkeypatch, mesh, budget)
-    assert how.startswith("The occluder was found by searches")
+    assert how == "The occluder was found by searches that began with planar sections."
     assert after.recall == before.recall
+
+
+def test_a_draft_begins_with_the_mesh_that_it_has_glanced_at(monkeypatch):
+    """A pipe in 16 triangles hid 56 %: sections of it are as thin as its wall."""
+    mesh = pipe(wall=0.1)
+    (before, _), (after, how) = drafts(monkeypatch, mesh, 16)
+    assert how.startswith("The occluder was found by searches that began with planar sections and")
+    assert before.recall < 0.6 < 0.8 < after.recall
+    monkeypatch.setattr(refine_step, "_BESIDE", np.inf)
+    _, (without, how) = drafts(monkeypatch, mesh, 16)
+    assert how == "The occluder was found by searches that began with planar sections."
+    assert without.recall == before.recall
 
 
 @pytest.mark.parametrize(
     ("mesh", "budget", "soon"),
     [
         (rounded_box(), 64, True),  # flat for the most part
-        (rounded_box(), 47, False),  # too few triangles for anything
-        (sphere(), 64, True),  # round, and of few
-        (sphere(rings=24), 64, False),
-        (sphere(rings=24), 96, True),
+        (sphere(rings=31), 8, True),  # round, and of few
+        (sphere(rings=40), 64, False),
+        (sphere(rings=40), 192, True),
     ],
 )
 def test_what_is_flat_or_of_few_triangles_is_glanced_at(mesh, budget, soon):
@@ -650,6 +670,7 @@ def one_search(left, is_sheet=False, budget=64, terrain_like=False):
     )  # fmt: skip
     return refine_step._Run(
         start=np.empty((0, 3, 3)),
+        share=0.0,
         looks=SimpleNamespace(
             original=original, surfaces=SimpleNamespace(terrain_like=terrain_like)
         ),
@@ -884,18 +905,21 @@ def plate():
 FLAT, THICK = flower(), plate()
 
 
-def on_edge(mesh, preset="balanced"):
-    """Recall, and the overhang of the worst view; among 96 views is one in the flower's plane."""
-    occluder = run(mesh, budget=16, preset=preset).occluder
+def on_edge(mesh, preset="balanced", seeds=(0,)):
+    """Mean recall, and the overhang of the worst view; among 96 views is one in the flower's
+    plane."""
     views = 96 if mesh is FLAT else 48
-    found = simplifier.evaluate(mesh, occluder, views=views, image=160, exact=True)
-    return found.recall, float(found.overhang.by_view.max())
+    made = [run(mesh, budget=16, preset=preset, seed=seed).occluder for seed in seeds]
+    found = [simplifier.evaluate(mesh, one, views=views, image=160, exact=True) for one in made]
+    worst = max(float(one.overhang.by_view.max()) for one in found)
+    return np.mean([one.recall for one in found]), worst
 
 
 @pytest.mark.parametrize("preset", ["draft", "balanced", "best"])
 @pytest.mark.parametrize("mesh", [FLAT, THICK], ids=["flat", "thick"])
 def test_what_is_thin_sticks_out_by_little_on_edge(mesh, preset):
-    recall, worst = on_edge(mesh, preset)
+    # From seed to seed a draft's recall differs by two percent.
+    recall, worst = on_edge(mesh, preset, range(8) if preset == "draft" else (0,))
     assert recall > 0.8
     assert worst < (0.1 if mesh is FLAT else 0.02)  # a pixel of a line, or of a band
 

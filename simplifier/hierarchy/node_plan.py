@@ -161,7 +161,7 @@ def _are_upright(transforms: FloatArray, up: int) -> NDArray[np.bool_]:
     return np.asarray(shares > 1.0 - _LEVEL)
 
 
-_FORMAT = b"23"  # raised when the same input is to give another occluder
+_FORMAT = b"24"  # raised when the same input is to give another occluder
 _DIGITS = 32
 _KEY = re.compile(f"[0-9a-f]{{{_DIGITS}}}")
 

@@ -126,16 +126,18 @@ def _begin_searches(
     seed: int,
     heat: float,
 ) -> list[Annealing]:
-    """As many searches: of the first soup, then of the others by score, and again."""
+    """As many searches: of the first soup, then of the others by score, and again.  One that is
+    alone begins with what scores most."""
 
     def search(begin: tuple[FloatArray, int]) -> Annealing:
         soup, index = begin
         return Annealing(soup, room, views, prices, seed * count + index, heat)
 
-    others = soups[1:] if count > 1 else []
+    first = soups[:1] if count > 1 or len(soups) == 1 else []
+    others = soups[len(first) :]
     scores = run_each(lambda soup: score(soup, views, prices), others)
     best_first = sorted(range(len(others)), key=lambda one: -scores[one])
-    ranked = [soups[0], *(others[one] for one in best_first)]
+    ranked = [*first, *(others[one] for one in best_first)]
     return run_each(search, [(ranked[index % len(ranked)], index) for index in range(count)])
 
 

@@ -67,10 +67,12 @@ def test_a_good_start_is_kept_when_hot_moves_only_spoil_it():
     assert score(again, views) >= score(good, views)
 
 
-def test_the_better_of_two_starts_wins():
+@pytest.mark.parametrize("searches", [1, 2])
+def test_the_better_of_two_starts_wins(searches):
+    """Two searches begin with one each, and one that is alone with what scores most."""
     views = views_of(ball())
     poor = crossed_quads(0.5)
-    found = refined(60, 0, views=views, starts=[poor, crossed_quads()], searches=2)
+    found = refined(60, 0, views=views, starts=[poor, crossed_quads()], searches=searches)
     assert score(found, views) >= score(crossed_quads(), views) > 2 * score(poor, views)
 
 

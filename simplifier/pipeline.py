@@ -24,6 +24,7 @@ from simplifier.steps.cut import (
     open_slicer,
     trace_outlines,
 )
+from simplifier.steps.largest import may_lend, with_largest
 from simplifier.steps.look import looking
 from simplifier.steps.refine import improve
 from simplifier.steps.room import open_room, solid_to_cut, with_inner
@@ -114,6 +115,9 @@ def simplify_mesh(
                 interrupted = watch.cancelled
         triangles, bound = solid.core.to_world(refined.triangles), refined.bound
         decisions.append(refined.words)
+        if solid.wholly_inside and may_lend(options.solid, overrides):
+            triangles, more = with_largest(triangles, mesh, solid, rest)
+            decisions.extend(more)
     # A voxel wholly inside is interior, at no distance at all.
     bound = 0.0 if solid.wholly_inside else bound * solid.core.cell_size
     if options.error_bound is not None:  # no more for rounding, nor of the mesh itself

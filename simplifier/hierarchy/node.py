@@ -13,13 +13,13 @@ from simplifier.accuracy.deviation import SLACK, deviation_from_solid
 from simplifier.errors import CancelledError
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.geometry.views import hemisphere_axes
 from simplifier.options.scene import SceneOptions
 from simplifier.options.simplify import MOST_MOVES, MOST_VOXELS, Axis
 from simplifier.options.stages import Options, SectionOptions, make_options
 from simplifier.pipeline import simplify_mesh
 from simplifier.progress import Cancel
-from simplifier.selection.measure import bit_measures, fitted_projections, silhouettes
+from simplifier.selection.measure import hiding_radius
+from simplifier.steps.largest import largest_triangles
 
 COARSENESS = 2.0
 """Voxels of a node that its occluder strays at least, or lacks where it keeps wholly inside."""
@@ -33,7 +33,6 @@ _NEAR_EFFORT = 2  # times the moves: drawn from near by, and for all instances o
 _ALIKE = 0.995  # precision of the others: their error is what they are chosen by
 _FINER = 2  # times the voxels of what keeps wholly inside: it loses up to one on every side
 _ITSELF = 4  # times the budget: with fewer triangles a mesh is its own near occluder
-_MEASURED_VIEWS = 16
 _SHARES: dict[NodeKind, float] = {"near": 1.0, "far": 0.25, "inner": 0.5}  # of the budget
 
 
@@ -89,42 +88,14 @@ def node_occluder(
         proved = min(proved, strays + SLACK * result.solid.core.cell_size)
     found = Occluder(made.vertices, made.faces, proved)
     if kind == "near":
-        found = max(found, _largest(mesh, _ITSELF * options.budget), key=hiding_radius)
+        largest = Occluder.of(largest_triangles(mesh, _ITSELF * options.budget), 0.0, {})
+        found = max(found, largest, key=hiding_radius)
     return _worth(found, mesh, options.resolution)
 
 
 def is_own_occluder(mesh: TriangleMesh, options: SceneOptions) -> bool:
     """Whether a mesh has so few triangles that no other near occluder is worth making."""
     return len(mesh.faces) <= _ITSELF * options.budget
-
-
-def _largest(mesh: TriangleMesh, count: int) -> Occluder:
-    """The triangles of largest area, which hide nothing that the mesh does not."""
-    corners = mesh.vertices[mesh.faces]
-    areas = np.linalg.norm(
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
-    )
-    chosen = np.sort(np.argsort(-areas, kind="stable")[:count])
-    return Occluder.of(corners[chosen], 0.0, {})
-
-
-def hiding_radius(occluder: Occluder) -> float:
-    """Radius of the disc that hides as much, in the mean over all directions; 0 without faces.
-
-    From the total occlusion measure M by M = pi R^3 / 3 (section 3 of the paper).
-    """
-    if len(occluder.faces) == 0:
-        return 0.0
-    # From a corner of the box: far from the origin pictures would have no digits left.  In units of
-    # a power of two near the size, which changes no bit: cubes neither vanish nor overflow then.
-    low, high = occluder.vertices.min(axis=0), occluder.vertices.max(axis=0)
-    _, exponent = np.frexp((high - low).max())
-    points = np.ldexp(occluder.vertices - low, -exponent)
-    projections = fitted_projections(hemisphere_axes(_MEASURED_VIEWS), points, 0.0)
-    images = silhouettes(points, occluder.faces, projections)
-    pixels = 1.0 / np.linalg.norm(projections[:, 0, :3], axis=1)
-    measures = bit_measures(images, pixels.tolist())
-    return float(np.ldexp(np.cbrt(3.0 * np.mean(measures) / np.pi), exponent))
 
 
 def node_options(longest: float, kind: NodeKind, stand: Stand, options: SceneOptions) -> Options:

@@ -11,13 +11,13 @@ from pathlib import Path
 
 from simplifier.errors import MeshError, OutputError, UnreadableMeshError
 from simplifier.geometry.occluder import Occluder
-from simplifier.hierarchy.node import hiding_radius
 from simplifier.hierarchy.node_plan import is_key
 from simplifier.hierarchy.packing import WeldedMesh
 from simplifier.io.files import read_bytes, remove_drafts, write_whole
 from simplifier.io.load import decode_occluder
 from simplifier.io.places import names_in
 from simplifier.io.save import occluder_bytes
+from simplifier.selection.measure import hiding_radius
 
 _SUFFIX = ".glb"
 
@@ -28,7 +28,7 @@ class Summary:
 
     ``triangles``    0 where it would hide nothing.
     ``error_bound``  proved, in the occluder's own space.
-    ``radius``       see :func:`~simplifier.hierarchy.node.hiding_radius`.
+    ``radius``       see :func:`~simplifier.selection.measure.hiding_radius`.
     ``checksum``     CRC-32 of the occluder's file.
     """
 

@@ -123,8 +123,8 @@ class SimplifyOptions(OptionSet):
         low=0.0, unit="world units", group="Input and scene",
     )  # fmt: skip
     conservative: bool = option(
-        False, "Keeps the occluder wholly inside. A closed mesh is then never hidden too much.",
-        group="Quality",
+        False, "Keeps the occluder wholly inside, or on the mesh where next to nothing is inside."
+        " A closed mesh is then never hidden too much.", group="Quality",
     )  # fmt: skip
     shrink: float = option(
         0.0, "Inset the occluder by this distance, in the mesh's units. What it hides from one"

@@ -93,7 +93,8 @@ class SolidOptions(OptionSet):
 
     conservative: bool = shared(SimplifyOptions, "conservative")
     """Only voxels wholly inside count and the occluder keeps to them, so that a closed mesh is
-    never covered past its edge.  Thin parts are lost."""
+    never covered past its edge.  Thin parts are lost; where that leaves next to nothing, triangles
+    of the mesh itself stand in."""
 
     shrink: float = shared(SimplifyOptions, "shrink")
     """World units, 0 or more: the occluder keeps at least this far inside the solid, so that what

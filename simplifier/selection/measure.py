@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from simplifier.device.device import PROCESSOR, Device
 from simplifier.geometry.mesh import FloatArray, IntArray
+from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.geometry.views import (
     from_above,
@@ -99,6 +100,28 @@ def fitted_projections(axes: FloatArray, points: FloatArray, half: float) -> Flo
     linear = axes[:, :2, :] * scale[:, None, None]
     offset = SIZE / 2.0 - (low + high) / 2.0 * scale[:, None]
     return np.ascontiguousarray(np.concatenate([linear, offset[:, :, None]], axis=2))
+
+
+_RADIUS_VIEWS = 16
+
+
+def hiding_radius(occluder: Occluder) -> float:
+    """Radius of the disc that hides as much, in the mean over all directions; 0 without faces.
+
+    From the total occlusion measure M by M = pi R^3 / 3 (section 3 of the paper).
+    """
+    if len(occluder.faces) == 0:
+        return 0.0
+    # From a corner of the box: far from the origin pictures would have no digits left.  In units of
+    # a power of two near the size, which changes no bit: cubes neither vanish nor overflow then.
+    low, high = occluder.vertices.min(axis=0), occluder.vertices.max(axis=0)
+    _, exponent = np.frexp((high - low).max())
+    points = np.ldexp(occluder.vertices - low, -exponent)
+    projections = fitted_projections(hemisphere_axes(_RADIUS_VIEWS), points, 0.0)
+    images = silhouettes(points, occluder.faces, projections)
+    pixels = 1.0 / np.linalg.norm(projections[:, 0, :3], axis=1)
+    measures = bit_measures(images, pixels.tolist())
+    return float(np.ldexp(np.cbrt(3.0 * np.mean(measures) / np.pi), exponent))
 
 
 _SEEN = 1.5  # voxels about a voxel's centre that pictures show: triangles may reach that far

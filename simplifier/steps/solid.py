@@ -12,6 +12,7 @@ from simplifier.geometry.solid import Closing, Solid
 from simplifier.kernels.thin import border_places
 from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
+from simplifier.steps.largest import may_lend
 from simplifier.voxel.core import barred_voxels, core, deepest, open_regions
 from simplifier.voxel.fill import Side, enclose
 from simplifier.voxel.leaks import leak_warning, leaks
@@ -172,9 +173,11 @@ def _empty_warning(solid: Solid, options: SolidOptions, overrides: Overrides) ->
     if regions and barred_voxels(solid.filled, regions)[solid.filled.inside].all():
         return "open regions take up all of the mesh, so nothing is left to hide behind"
     if options.shrink == 0.0:
+        itself = may_lend(options, overrides)
+        effect = "only triangles of the mesh itself hide" if itself else "the occluder is empty"
         return (
-            "no voxel lies wholly inside, so the occluder is empty; raise the resolution or, if the"
-            " mesh encloses nothing, allow some overhang"
+            f"no voxel lies wholly inside, so {effect}; raise the resolution or, if the mesh"
+            " encloses nothing, allow some overhang"
         )
     depth = deepest(solid.touched, solid.filled, _sides_on_ground(options)) * solid.core.cell_size
     smaller = f"choose at most {depth:.3g}" if depth > 0.0 else "leave it out"

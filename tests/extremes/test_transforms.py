@@ -20,7 +20,6 @@ from simplifier.errors import EmptyMeshError, MeshError, OutputError
 from simplifier.geometry.camera import CameraPath
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
-from simplifier.hierarchy.node import hiding_radius
 from simplifier.io.camera_path import load_camera_path, save_camera_path
 from simplifier.io.formats import writable_suffixes
 from simplifier.io.load import load_lods, load_occluder
@@ -30,6 +29,7 @@ from simplifier.io.scene_writer import write_scene
 from simplifier.options.scene import PathOptions
 from simplifier.options.stages import SolidOptions
 from simplifier.progress import Stopwatch
+from simplifier.selection.measure import hiding_radius
 from simplifier.steps.solid import solidify
 from tests.culling.occluded import SMALL, WALL, exact, looking, path_of, street, tree_of
 from tests.extremes.transforms import (

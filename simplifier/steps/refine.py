@@ -350,6 +350,12 @@ def _hides_more(small: FloatArray, large: FloatArray, judge: Judge) -> bool:
     return gain > 0.0 and worth > (0.0 if gain < _CHANCE else -_FAULTS)
 
 
+def _stands_further_before(one: FloatArray, best: FloatArray, judge: Judge) -> bool:
+    """Whether more of the original lies well behind it than was asked for, and than behind the
+    best, which a search has kept to that."""
+    return judge.score(one).front > max(judge.front, judge.score(best).front)
+
+
 def _found(run: _Run, budget: int, begin: float, end: float) -> tuple[Refined, bool]:
     """With so many triangles, in this part of the stage; and whether fewer may do better."""
     found, refined, doubtful = _searched(run, budget, begin, end)
@@ -427,7 +433,8 @@ def _searched(
             room = run.looks.room_of(best, budget)
             return [], Refined(best, room.bound, searched), False
         for one in whole:
-            if run.judge.worth(one) > MUCH and _hides_more(one, best, run.judge):
+            good = run.judge.worth(one) > MUCH and not _stands_further_before(one, best, run.judge)
+            if good and _hides_more(one, best, run.judge):
                 best = one
         return [], task.refined(best, found, begun, searched), False
     best = task.best_of([*found, *better], starts)

@@ -444,6 +444,19 @@ def test_a_draft_begins_with_the_mesh_that_it_has_glanced_at(monkeypatch):
     assert without.recall == before.recall
 
 
+def test_a_draft_takes_no_mesh_that_stands_further_before_the_surface(monkeypatch):
+    """Asked for 2 % of front, it took a mesh in full detail that has 6.5, and hides more."""
+    mesh, chosen = blob(), {"budget": 32, "resolution": 26, "overhang": 0.05, "front": 0.02}
+
+    def front():
+        made = run(mesh, preset="draft", moves=300, **chosen)
+        return measure_front(mesh, made.occluder, random_directions(64, 0)).mean
+
+    assert front() < 0.035
+    monkeypatch.setattr(refine_step, "_stands_further_before", lambda *given: False)
+    assert front() > 0.05
+
+
 @pytest.mark.parametrize(
     ("mesh", "budget", "soon"),
     [

@@ -42,7 +42,7 @@ MANY = 64
 
 _FEW_FINE_VIEWS = 6  # where a time limit is short
 _FRONT = 128  # pixels a side of pictures for front: as many as for overhang would tell no more
-_SOON = 4_000  # triangles, that are decimated in little time beside a draft
+_SOON = 4_000  # triangles that take little time to decimate, beside a draft
 _ALL_AROUND = 110.0  # times the overhang asked for: what the room could have all around
 _EACH = 0.35  # the power of a budget by which more triangles reach all of the room sooner
 _TINY = 1e-9
@@ -240,9 +240,9 @@ def look(
 
 
 def _is_told_soon(mesh: TriangleMesh, budget: int) -> bool:
-    """Whether a mesh is made in so many triangles in little time beside a draft, or may hide nearly
-    all of itself so.  Of what is round the more triangles leave the less to be gained, so more of
-    those that it has are worth the time; what is flat needs few."""
+    """Whether decimating a mesh to so many triangles takes little time beside a draft, or is worth
+    more of it.  Of what is round the more triangles leave the less to be gained, so more of those
+    that it has are worth the time; what is flat needs few."""
     few = max(_SOON, budget**2 // 4)
     return len(mesh.faces) <= few or directions_of_half(mesh) <= budget // 8
 

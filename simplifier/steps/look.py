@@ -214,6 +214,7 @@ def look(
     budget = options.selection.budget
     glance = (
         not (deadline.limited or options.refine.decimated)
+        and not overrides.drawn  # beside which triangles of the mesh may be wasted
         and original.needs_outlines(False)
         and surfaces.few
         and _is_told_soon(shown, budget)

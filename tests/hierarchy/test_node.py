@@ -130,7 +130,7 @@ def test_neighbours_half_a_voxel_apart_become_one_solid():
 
 def test_ground_closes_an_open_base():
     bell = box((1.0, 1.0, 1.0), without=(2,))
-    options = replace(OPTIONS, conservative=True, resolution=12)
+    options = replace(OPTIONS, conservative=True, resolution=48)
     open_one = node_occluder(bell, "far", ANYHOW, options)
     own = bell.vertices.tolist()
     assert all(corner in own for corner in open_one.vertices.tolist())  # nothing is inside of it

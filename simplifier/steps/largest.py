@@ -10,7 +10,6 @@ from __future__ import annotations
 from heapq import heapify, heapreplace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
@@ -41,10 +40,13 @@ def with_largest(
         chosen = _adding_most(both, solid, options)
     if len(chosen) == 0:  # or all are thinner than a pixel
         chosen = largest_triangles(mesh, budget)
-    radii = [hiding_radius(Occluder.of(soup, 0.0, {})) for soup in (found, chosen)]
-    if len(found) > 0 and radii[1] <= _GAIN * radii[0]:
+    if len(found) > 0 and _radius(chosen) <= _GAIN * _radius(found):
         return found, []
     return chosen, ["Triangles of the mesh itself, which hide nothing else, are among them."]
+
+
+def _radius(triangles: FloatArray) -> float:
+    return hiding_radius(Occluder.of(triangles, 0.0, {}))
 
 
 def may_lend(options: SolidOptions, overrides: Overrides) -> bool:
@@ -85,19 +87,15 @@ def _adding_most(triangles: FloatArray, solid: Solid, options: Options) -> Float
     free = np.full_like(standing, ~np.uint64(0))
 
     def added(index: int) -> int:
-        return _pixels(images[index] & free)
+        return int(np.bitwise_count(images[index] & free).sum())
 
     # What one adds only falls as others are chosen, so an old number is the most that it may add.
     waiting = [(-added(index), index) for index in range(len(triangles))]
     heapify(waiting)
-    while len(chosen) < options.selection.budget and waiting and waiting[0][0] < 0:
+    while len(chosen) < options.selection.budget and waiting[0][0] < 0:
         index = waiting[0][1]
         now = (-added(index), index)
         if heapreplace(waiting, now) == now:
             chosen.append(index)
             free &= ~images[index]
-    return triangles[np.sort(chosen)] if chosen else triangles[:0]
-
-
-def _pixels(image: NDArray[np.uint64]) -> int:
-    return int(np.bitwise_count(image).sum(dtype=np.int64))
+    return triangles[sorted(chosen)]

@@ -521,7 +521,7 @@ class _Task:
         aims, least = run.options.refine, _BESIDE * run.share
 
         def is_worth_it(one: FloatArray) -> bool:
-            return hidden_share(one[: self.budget], run.looks.room, run.looks.views, aims) >= least
+            return hidden_share(one, run.looks.room, run.looks.views, aims) >= least
 
         return [_Start(_DETAILED, one) for one in fine if is_worth_it(one)]
 

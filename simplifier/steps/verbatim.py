@@ -17,6 +17,7 @@ from simplifier.geometry.solid import BoolArray, Solid
 from simplifier.options.stages import SolidOptions
 from simplifier.polygon.coplanar import group_by_plane, merge_coplanar
 from simplifier.refinement.containment import are_inside
+from simplifier.steps.largest import may_lend
 from simplifier.voxel.fill import fill
 from simplifier.voxel.morphology import dilate
 
@@ -37,7 +38,7 @@ def is_own_occluder(
 def _may_touch_itself(options: SolidOptions, overrides: Overrides) -> bool:
     """Not where a person decided what hides: the mesh may reach into open regions, and beside drawn
     parts its own triangles may be wasted."""
-    return not overrides.drawn and not overrides.open and not options.wholly_inside
+    return not options.wholly_inside and may_lend(options, overrides)
 
 
 def own_triangles(

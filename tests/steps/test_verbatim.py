@@ -26,14 +26,14 @@ def within(inset):
 @pytest.mark.parametrize(("budget", "fitting"), [(11, False), (12, True), (13, True)])
 def test_as_many_triangles_as_the_budget_fit(budget, fitting):
     mesh = box()
-    assert is_own_occluder(mesh, solid_of(mesh), budget, NO_OVERRIDES) is fitting
+    assert is_own_occluder(mesh, SolidOptions(32), budget, NO_OVERRIDES) is fitting
 
 
 def test_what_has_to_stay_within_or_was_drawn_over_does_not_fit():
     mesh = box()
     drawn = Overrides(drawn=(DrawnPart("box", mesh.vertices[mesh.faces]),))
-    assert not is_own_occluder(mesh, solid_of(mesh, conservative=True), 12, NO_OVERRIDES)
-    assert not is_own_occluder(mesh, solid_of(mesh), 12, drawn)
+    assert not is_own_occluder(mesh, SolidOptions(32, conservative=True), 12, NO_OVERRIDES)
+    assert not is_own_occluder(mesh, SolidOptions(32), 12, drawn)
 
 
 def own(mesh, budget, overrides=NO_OVERRIDES, **options):

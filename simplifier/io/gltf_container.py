@@ -10,7 +10,6 @@ import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, cast
 
 from simplifier.errors import OutputError, UnreadableMeshError
@@ -65,8 +64,7 @@ def peek_document(peek: Peek) -> GltfDocument:
         text = peek.read(20, int.from_bytes(head[12:16], "little"))
     else:
         text = peek.read(0, peek.size)
-    parse = _parse_large if len(text) >= _LARGE else partial(parse_json, names_once=False)
-    return GltfDocument(parse(text, str(peek.path)), None)
+    return GltfDocument(parse_json(text, str(peek.path), names_once=False), None)
 
 
 def pack_glb(root: dict[str, Any], binary: bytes) -> bytes:
@@ -172,6 +170,7 @@ def split_chunks(data: bytes, where: str) -> tuple[bytes, bytes | None]:
     return chunks[JSON_CHUNK], chunks.get(BINARY_CHUNK)
 
 
+_FLOATS = {float}
 _LARGEST = 2**53  # whole numbers beyond this are not exact in JSON
 
 
@@ -233,12 +232,12 @@ class JsonObject:
 
     def numbers_or_nan(self, key: str, length: int) -> list[float] | None:
         """An array of ``length`` values, NaN for those that are no number; None when absent."""
-        values = self._array(key)
-        if not self.has(key):
+        if self.members.get(key) is None:
             return None
+        values = self._array(key)
         if len(values) != length:
             raise self._not_numbers(key, length)
-        if set(map(type, values)) == {float}:  # nearly always, and a scene has many matrices
+        if set(map(type, values)) == _FLOATS:  # nearly always, and a scene has many matrices
             return cast(list[float], values)
         return [number_or_nan(value) for value in values]
 
@@ -266,6 +265,12 @@ class JsonObject:
         """All objects of an array of objects."""
         return (self._view(value, key, index) for index, value in enumerate(self._array(key)))
 
+    def items_with(self, member: str, key: str) -> Iterator[tuple[int, JsonObject]]:
+        """Those that have that member, and their places: of a scene's nodes they may be few."""
+        for index, value in enumerate(self._array(key)):
+            if not isinstance(value, dict) or member in value:
+                yield index, self._view(value, key, index)
+
     def _not_numbers(self, key: str, length: int) -> UnreadableMeshError:
         return self.fail(f"'{key}' is not an array of {length} numbers")
 
@@ -292,32 +297,47 @@ def parse_json(data: bytes, where: str, *, names_once: bool = True) -> JsonObjec
     """Raises :class:`UnreadableMeshError` for what is not a JSON object, or one that names a member
     twice; ``names_once``, whether to look for that, takes as long as all else."""
     check_object(data, where)
+    value = _parsed_soon(data, names_once) if len(data) >= _LARGE else None
+    if value is not None:
+        return JsonObject(value, where)
     try:
         hook = _members if names_once else None
-        value = json.loads(data.decode("utf-8-sig"), object_pairs_hook=hook)
+        found = json.loads(data.decode("utf-8-sig"), object_pairs_hook=hook)
     except (ValueError, RecursionError) as error:
         raise UnreadableMeshError(
             f"its JSON is damaged ({str(error)[:80]})",
             where=where,
             remedy="copy or export it again",
         ) from None
-    return JsonObject(value, where)
+    return JsonObject(found, where)
 
 
 _LARGE = 1 << 18  # bytes that json takes longer to read than orjson to be loaded
 
 
-def _parse_large(data: bytes, where: str) -> JsonObject:
-    """As :func:`parse_json`, whatever the names, in half of the time or less."""
+def _parsed_soon(data: bytes, names_once: bool) -> dict[str, object] | None:
+    """In less than half of the time; None for what json may take all the same, or says better what
+    is wrong with: orjson takes no NaN, no mark of UTF-8 and no half of a character, and writes only
+    what is nested no deeper than any scene."""
     import orjson
 
     try:
         value = orjson.loads(data)
-    except orjson.JSONDecodeError:  # it takes no NaN, no mark of UTF-8 and no half of a character
-        value = None
-    if isinstance(value, dict):
-        return JsonObject(value, where)
-    return parse_json(data, where, names_once=False)
+        is_whole = not names_once or _lost_no_name(data, orjson.dumps(value))
+    except (orjson.JSONDecodeError, orjson.JSONEncodeError):
+        return None
+    return value if is_whole and isinstance(value, dict) else None
+
+
+def _lost_no_name(data: bytes, again: bytes) -> bool:
+    """Whether JSON has as many names when it is written ``again``: of two that are the same, one is
+    lost.  False, too, where names end in more ways than one, or text may be written in several."""
+    if data.rstrip(b" ") == again:  # as many files are written
+        return True
+    spaced = any(space + b":" in data for space in (b" ", b"\t", b"\n", b"\r"))
+    if spaced or b"\\u00" in data:
+        return False
+    return data.count(b'":') == again.count(b'":')
 
 
 def check_object(start: bytes, where: str) -> None:

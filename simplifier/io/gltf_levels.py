@@ -14,7 +14,7 @@ def level_ids(root: JsonObject) -> dict[int, list[int]]:
     names levels itself, as in a cycle.
     """
     levels = {}
-    for index, node in enumerate(root.items("nodes")):
+    for index, node in root.items_with("extensions", "nodes"):
         if node.has_extension(EXTENSION):
             extension = node.child("extensions").child(EXTENSION)
             if extension.has("ids"):

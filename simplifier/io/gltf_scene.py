@@ -141,11 +141,12 @@ def _every_mesh(root: JsonObject) -> Instances:
 def _walk(root: JsonObject, begin: list[int], hidden: set[int]) -> tuple[int, Nodes]:
     """How many nodes are reached, and those that are neither hidden nor below one that is."""
     shown = Nodes([], [], [])
+    nodes = list(root.items("nodes"))
     reached: set[int] = set()
     stack = [(index, -1, True) for index in reversed(begin)]
     while stack:
         index, parent, visible = stack.pop()
-        node = root.item("nodes", index)
+        node = nodes[index] if index < len(nodes) else root.item("nodes", index)  # which refuses it
         if index in reached:
             raise node.fail(
                 "is reached twice: the nodes form a cycle or share a child",
@@ -153,8 +154,8 @@ def _walk(root: JsonObject, begin: list[int], hidden: set[int]) -> tuple[int, No
             )
         reached.add(index)
         visible = visible and index not in hidden
-        place = len(shown.nodes)
         if "children" in node.members:  # of few: what else is asked would be half of the walk
+            place = len(shown.nodes)
             stack += [(child, place, visible) for child in reversed(node.integers("children"))]
         if visible:
             shown.nodes.append(node)

@@ -181,3 +181,18 @@ def test_instances_cannot_multiply_a_file_beyond_memory(load) -> None:
         builder.node(mesh=mesh)
     with pytest.raises(UnreadableMeshError, match="501 instances"):
         load(builder)
+
+
+@pytest.mark.parametrize(
+    ("node", "says"),
+    [
+        (5, r"'nodes\[3\]' is not an object"),
+        ({"children": [7]}, r"nodes\[7\] is used, but there are 4"),
+    ],
+)
+def test_nodes_that_are_none(load, node: object, says: str) -> None:
+    builder = two_scenes()
+    del builder.root["scenes"]
+    builder.root["nodes"].append(node)
+    with pytest.raises(UnreadableMeshError, match=says):
+        load(builder)

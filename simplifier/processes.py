@@ -22,6 +22,7 @@ from typing import Any
 
 from simplifier.errors import BackendUnavailableError, OccluderError
 from simplifier.kernels.threads import running
+from simplifier.matrix_threads import ONE_THREAD
 from simplifier.progress import Cancel
 
 ATTEMPTS = 2
@@ -31,7 +32,6 @@ DIED = "the process that made it died, twice"
 """Why there is no answer to such a job."""
 
 _GLANCE = 0.05  # seconds between looks at whether to stop
-_THREADS_OF_MATRICES = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 
 
 @dataclass(frozen=True)
@@ -262,12 +262,9 @@ def without_interrupts() -> Iterator[None]:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Processes started within multiply matrices in one thread, which numpy asks for as it loads.
-
-    They share the processors; threads that wait for one that has none only spin.
-    """
-    before = {name: os.environ.get(name) for name in _THREADS_OF_MATRICES}
-    os.environ.update(dict.fromkeys(_THREADS_OF_MATRICES, "1"))
+    """Processes started within multiply matrices in one thread: they share the processors."""
+    before = {name: os.environ.get(name) for name in ONE_THREAD}
+    os.environ.update(ONE_THREAD)
     try:
         yield
     finally:

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from simplifier.matrix_threads import ONE_THREAD
+
 _PASSED = {
     # Programs, libraries and folders of whoever runs the service.
     "PATH", "HOME", "USER", "LOGNAME", "TMPDIR", "TEMP", "TMP", "XDG_CACHE_HOME",
@@ -33,9 +35,7 @@ _PASSED_FAMILIES = (
 
 _SET = {
     # Threads are the library's own; those of others would only take memory and each other's time.
-    "OPENBLAS_NUM_THREADS": "1",
-    "OMP_NUM_THREADS": "1",
-    "MKL_NUM_THREADS": "1",
+    **ONE_THREAD,
     "OPENCV_FOR_THREADS_NUM": "1",
     # Each further arena keeps what its threads have freed.
     "MALLOC_ARENA_MAX": "2",

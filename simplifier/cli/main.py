@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import atexit
 import gc
+import os
 import signal
 import sys
 from collections.abc import Iterator, Mapping
@@ -31,6 +32,7 @@ from simplifier.cli.help import HELP_NAMES, help_settings, help_text
 from simplifier.cli.lazy import LazyCommand
 from simplifier.cli.running import INTERRUPTED
 from simplifier.errors import CommandError
+from simplifier.matrix_threads import ONE_THREAD
 from simplifier.progress import show_compiling_by
 from simplifier.version import VERSION
 
@@ -252,6 +254,8 @@ _OBJECTS_BETWEEN_COLLECTIONS = 200_000
 def main() -> None:
     """The entry point of the ``occluder`` command."""
     accept_any_text()
+    for name, value in ONE_THREAD.items():  # nothing has loaded numpy yet
+        os.environ.setdefault(name, value)
     show_compiling_by(partial(count_bar, "compiling, once"))
     # Large scenes are a million small objects, none of them garbage: looking through them again
     # and again took a sixth of a build in which nothing had changed.

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from simplifier.cli.allocator import keep_freed_memory
 from simplifier.cli.console import print_json, print_line, print_report, progress_bar
 from simplifier.cli.help import OUTPUT
 from simplifier.cli.running import Interrupts, interrupts, run_guarded
@@ -60,6 +61,7 @@ def run_and_show(
     Exits with status 1 if the report has to say that the occluder is good, and does not.
     """
     good = False
+    keep_freed_memory()
 
     def run() -> None:
         nonlocal good

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from simplifier.matrix_threads import ONE_THREAD
-
 _PASSED = {
     # Programs, libraries and folders of whoever runs the service.
     "PATH", "HOME", "USER", "LOGNAME", "TMPDIR", "TEMP", "TMP", "XDG_CACHE_HOME",
@@ -35,7 +33,6 @@ _PASSED_FAMILIES = (
 
 _SET = {
     # Threads are the library's own; those of others would only take memory and each other's time.
-    **ONE_THREAD,
     "OPENCV_FOR_THREADS_NUM": "1",
     # Each further arena keeps what its threads have freed.
     "MALLOC_ARENA_MAX": "2",
@@ -48,9 +45,12 @@ def worker_environment(own: Mapping[str, str], import_path: str) -> dict[str, st
 
     ``import_path`` is where it finds modules.
     """
+    # Not above: nothing that a server imports needs the library.
+    from simplifier.matrix_threads import ONE_THREAD
+
     passed = {
         name: value
         for name, value in own.items()
         if name in _PASSED or name.startswith(_PASSED_FAMILIES)
     }
-    return {**passed, **_SET, "PYTHONPATH": import_path}
+    return {**passed, **ONE_THREAD, **_SET, "PYTHONPATH": import_path}

@@ -12,13 +12,13 @@ _MUCH = 64 << 20  # bytes that are free at the end of what it has
 def keep_freed_memory() -> bool:
     """Use again what was freed, in place of new pages, which the system has to clear first.
 
-    Of a mesh of 871,000 triangles that are four in ten of all pages, and a twentieth of the time.
-    Returns whether the C library heard it: glibc alone does.
+    Four in ten of all pages that a mesh of 871,000 triangles takes are such, and clearing them is a
+    twentieth of the time.  Returns whether the C library can be told so; glibc alone can.
     """
     import ctypes  # --help needs none
 
-    heard = 0
-    with suppress(OSError, AttributeError, TypeError):  # TypeError: of Windows, which has no such
+    told = 0
+    with suppress(OSError, AttributeError, TypeError):  # the last one on Windows
         mallopt = ctypes.CDLL(None).mallopt
-        heard = mallopt(_FROM_THE_SYSTEM, _LARGE) and mallopt(_BACK_TO_THE_SYSTEM, _MUCH)
-    return bool(heard)
+        told = mallopt(_FROM_THE_SYSTEM, _LARGE) and mallopt(_BACK_TO_THE_SYSTEM, _MUCH)
+    return bool(told)

@@ -260,7 +260,7 @@ def main() -> None:
     # Large scenes are a million small objects, none of them garbage: looking through them again
     # and again took a sixth of a build in which nothing had changed.
     gc.set_threshold(_OBJECTS_BETWEEN_COLLECTIONS)
-    # Nor is anything garbage that would be looked for as Python ends: a tenth of the shortest runs.
+    # As Python ends, it would look for garbage once more, for a tenth of the shortest runs.
     atexit.register(gc.freeze)
     atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)  # all is done by then
     try:

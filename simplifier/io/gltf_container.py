@@ -266,7 +266,7 @@ class JsonObject:
         return (self._view(value, key, index) for index, value in enumerate(self._array(key)))
 
     def items_with(self, member: str, key: str) -> Iterator[tuple[int, JsonObject]]:
-        """Those that have that member, and their places: of a scene's nodes they may be few."""
+        """Those that have a ``member``, and their places: of many nodes they may be few."""
         for index, value in enumerate(self._array(key)):
             if not isinstance(value, dict) or member in value:
                 yield index, self._view(value, key, index)
@@ -316,9 +316,9 @@ _LARGE = 1 << 18  # bytes that json takes longer to read than orjson to be loade
 
 
 def _parsed_soon(data: bytes, names_once: bool) -> dict[str, object] | None:
-    """In less than half of the time; None for what json may take all the same, or says better what
-    is wrong with: orjson takes no NaN, no mark of UTF-8 and no half of a character, and writes only
-    what is nested no deeper than any scene."""
+    """What json would give, in less than half of the time; None where json is to be asked.  That
+    takes what orjson does not: NaN, the mark of UTF-8, half of a character, and what is nested
+    deeper than any scene.  It says what is wrong, too."""
     import orjson
 
     try:
@@ -331,8 +331,9 @@ def _parsed_soon(data: bytes, names_once: bool) -> dict[str, object] | None:
 
 def _lost_no_name(data: bytes, again: bytes) -> bool:
     """Whether JSON has as many names when it is written ``again``: of two that are the same, one is
-    lost.  False, too, where names end in more ways than one, or text may be written in several."""
-    if data.rstrip(b" ") == again:  # as many files are written
+    lost.  False, too, where that is not easy to tell: names may end in space, and characters may be
+    written by number."""
+    if data.rstrip(b" ") == again:  # most files are written like that
         return True
     spaced = any(space + b":" in data for space in (b" ", b"\t", b"\n", b"\r"))
     if spaced or b"\\u00" in data:

@@ -27,7 +27,7 @@ def said_at_the_end(**changes: str | None) -> list[int]:
 
 
 def test_nothing_is_looked_through_as_a_process_ends() -> None:
-    """Python would look for garbage twice among all that was loaded, which is none."""
+    """Python would look for garbage among all that was loaded, of which none is."""
     spared, _ = said_at_the_end()
     assert spared > 10_000
 

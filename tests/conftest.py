@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 # Workers share the processors: threads in each that wait for one another's take a seventh longer.
 if workers := int(os.environ.get("PYTEST_XDIST_WORKER_COUNT", "0")):
     os.environ.setdefault("OCCLUDER_THREADS", str(max(1, thread_count() // workers)))
-    # No command needs the threads that numpy starts for matrices, and hundreds of commands are run.
+    # A command starts no threads for matrices, and no other process that a test starts needs any.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # A shell has what it starts in the background ignore Ctrl-C, and so would all that tests start.

@@ -170,7 +170,6 @@ def split_chunks(data: bytes, where: str) -> tuple[bytes, bytes | None]:
     return chunks[JSON_CHUNK], chunks.get(BINARY_CHUNK)
 
 
-_FLOATS = {float}
 _LARGEST = 2**53  # whole numbers beyond this are not exact in JSON
 
 
@@ -232,12 +231,12 @@ class JsonObject:
 
     def numbers_or_nan(self, key: str, length: int) -> list[float] | None:
         """An array of ``length`` values, NaN for those that are no number; None when absent."""
-        if self.members.get(key) is None:
+        if not self.has(key):
             return None
         values = self._array(key)
         if len(values) != length:
             raise self._not_numbers(key, length)
-        if set(map(type, values)) == _FLOATS:  # nearly always, and a scene has many matrices
+        if set(map(type, values)) == {float}:  # nearly always, and a scene has many matrices
             return cast(list[float], values)
         return [number_or_nan(value) for value in values]
 

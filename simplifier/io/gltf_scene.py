@@ -274,8 +274,6 @@ def _is_affine(matrix: Sequence[float]) -> bool:
 
 
 def _numbers(node: JsonObject, key: str, length: int, lenient: bool) -> list[float] | None:
-    if not node.has(key):
-        return None
     return node.numbers_or_nan(key, length) if lenient else node.numbers(key, length)
 
 

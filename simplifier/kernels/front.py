@@ -1,10 +1,10 @@
 """Pixels of a mesh before which an occluder stands, and by more than a threshold.
 
 Centres are covered as in :mod:`simplifier.kernels.coverage`, bit for bit, and nothing is kept of a
-mesh but what its pictures still lack.  A pixel is settled by the first of the mesh's triangles that
-is no further behind the occluder than the threshold, or by any where the occluder does not show.
-Most triangles of a fine mesh are left out as soon as their box holds settled pixels alone; depths
-are worked out for the few others.
+mesh but what its pictures still lack.  Pixels where the mesh or the occluder does not show are
+settled from the start, any other by the first of the mesh's triangles that is no further behind the
+occluder than the threshold.  Most triangles are left out, since their box holds settled pixels
+alone; depths are worked out for the others.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ import importlib
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.bit_image import lowest_one, popcount
+from simplifier.kernels.bit_image import popcount
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 from simplifier.kernels.compiled.waiting import load_imported
-from simplifier.kernels.coverage import Known, by_contours, drawable
+from simplifier.kernels.coverage import Known, by_contours, coverage_masks, drawable
 from simplifier.kernels.faces import (
     box_columns,
     lies_between,
@@ -91,14 +91,28 @@ def front_pixels(
                 table, shown, (other_points, other_faces), views, image, threshold, pixels
             )
             return pixels
+    flat = np.ascontiguousarray(views[:, :2])
+    shown = None if known is None else known.masks_of(points, faces, flat, (image, image))
+    if shown is None:
+        shown = coverage_masks(points.T, faces, flat, image, image, known=known)
+    inside_out = _is_inside_out(points, faces)
     run_chunks(
         lambda begin, end: count_front(
-            points, faces, other_points, other_faces, views, image, threshold, begin, end, pixels
+            points, faces, inside_out, other_points, other_faces, views, threshold, begin, end,
+            shown, pixels,
         ),
         len(views),
         chunks_per_thread=16,
-    )
+    )  # fmt: skip
     return pixels
+
+
+def _is_inside_out(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> bool:
+    """Whether triangles of a mesh, (3, n) and (m, 3), are wound backwards: its volume tells."""
+    if len(faces) == 0:
+        return False
+    a, b, c = (vertices - vertices.mean(axis=1, keepdims=True))[:, faces.T].swapaxes(0, 1)
+    return bool((a * np.cross(b, c, axis=0)).sum() < 0.0)
 
 
 def depth_limits(
@@ -175,94 +189,113 @@ def count_before(limits, vertices, faces, projections, begin, end, pixels):
 
 
 @kernel(
-    "float64[:, :], int32[:, :], float64[:, :], int32[:, :], float64[:, :, :], int64, float64, "
-    "int64, int64, int64[:, :]"
+    "float64[:, :], int32[:, :], bool, float64[:, :], int32[:, :], float64[:, :, :], float64, "
+    "int64, int64, uint64[:, :, :], int64[:, :]"
 )
 def count_front(
-    vertices, faces, other_vertices, other_faces, projections, image, threshold, begin, end, pixels
-):
+    vertices, faces, inside_out, other_vertices, other_faces, projections, threshold, begin, end,
+    shown, pixels,
+):  # fmt: skip
     """Fill views ``begin`` to ``end`` of ``pixels`` (V, 2) int64 as :func:`front_pixels` says.
 
     ``vertices``, ``other_vertices``  (3, n) float64, ``faces``, ``other_faces`` (m, 3) int32: of
-    the mesh and of the occluder.
+                    the mesh and of the occluder.
+    ``inside_out``  whether the mesh's triangles are wound backwards; only time depends on it.
+    ``shown``       (V, image, words) uint64: silhouettes of the mesh.
     """
+    image, words = shown.shape[1], shown.shape[2]
     most = max(vertices.shape[1], other_vertices.shape[1])
     points, cells = np.empty((most, 2)), np.empty(most, np.uint32)
-    limits = np.empty((image, image))
-    words = (image + 63) >> 6
-    hidden, waiting, seen = (
-        np.empty((image, words), np.uint64),
-        np.empty((image, words), np.uint64),
-        np.empty((image, words), np.uint64),
-    )
+    limits, settled = np.empty((image, image)), np.empty((image, words), np.uint64)
     for view in range(begin, end):
-        hidden[:] = 0
-        waiting[:] = ~np.uint64(0)
-        seen[:] = 0
+        settled[:] = 0
         flat, away = projections[view, :2], projections[view, 2]
         draw_nearest(
-            other_vertices, other_faces, projections[view], threshold, points, cells, limits, hidden
-        )
+            other_vertices, other_faces, projections[view], threshold, points, cells, limits,
+            settled,
+        )  # fmt: skip
+        pixels[view, 0] = settle_others(settled, shown[view])
         project(vertices, flat, image, image, points, cells[: vertices.shape[1]])
-        _draw_mesh(vertices, faces, points, cells, away, limits, hidden, waiting, seen)
-        pixels[view, 0], pixels[view, 1] = 0, 0
-        for row in range(image):
-            for word in range(words):
-                pixels[view, 0] += np.int64(popcount(seen[row, word]))
-                pixels[view, 1] += np.int64(popcount(seen[row, word] & waiting[row, word]))
+        _settle_mesh(vertices, faces, points, cells, away, inside_out, limits, settled)
+        pixels[view, 1] = count_waiting(settled)
 
 
 @inline_kernel
-def _depth(vertices, away, vertex):
-    return (
+def settle_others(settled, shown):
+    """Turn pixels where the occluder shows into those that are settled, since the mesh or the
+    occluder does not show there; count those where the mesh does."""
+    there = np.uint64(0)
+    for row in range(len(shown)):
+        for word in range(shown.shape[1]):
+            there += popcount(shown[row, word])
+            settled[row, word] = ~(settled[row, word] & shown[row, word])
+    return np.int64(there)
+
+
+@inline_kernel
+def count_waiting(settled):
+    """The number of pixels that nothing has settled: the occluder stands before them."""
+    waiting = np.uint64(0)
+    for row in range(len(settled)):
+        for word in range(settled.shape[1]):
+            waiting += popcount(~settled[row, word])
+    return np.int64(waiting)
+
+
+@inline_kernel
+def _corner(vertices, points, away, vertex):
+    """x, y and depth of a vertex in a picture."""
+    depth = (
         away[0] * vertices[0, vertex]
         + away[1] * vertices[1, vertex]
         + away[2] * vertices[2, vertex]
         + away[3]
     )
+    return points[vertex, 0], points[vertex, 1], depth
 
 
 @inline_kernel
-def _fill_depths(vertices, away, low, middle, high, depths):
-    depths[0] = _depth(vertices, away, low)
-    depths[1] = _depth(vertices, away, middle)
-    depths[2] = _depth(vertices, away, high)
+def empty_spans(image):
+    """Scratch for :func:`settle_face`, of each row of a triangle: where it begins, in x and in
+    depth, and its slope, (3, rows) float64; its first column and the last, (2, rows) int64."""
+    return np.empty((3, image)), np.empty((2, image), np.int64)
 
 
 @inline_kernel
-def _ends(points, low, middle, high, depths, row, bend):
-    """(x, depth, x, depth) where a row enters and leaves a triangle, from left to right.
+def _fill_spans(low, middle, high, bottom, bend, top, spans):
+    """Fill the rows of a triangle; ``low`` to ``high`` are x, y and depth of its corners, and
+    ``bottom`` to ``top`` as :func:`~simplifier.kernels.faces.rows_of` gives them."""
+    _fill_between(low, high, low, middle, bottom, bend, spans)
+    _fill_between(low, high, middle, high, bend, top, spans)
+
+
+@inline_kernel
+def _fill_between(a, b, c, d, begin, end, spans):
+    """Of the rows ``begin`` to ``end``, between an edge from ``a`` to ``b`` and one from ``c`` to
+    ``d``: a loop that divides for several rows at once.
 
     A depth lies on the edge, so it is between the corners' however thin the triangle is.
     """
-    low_x, low_y = points[low, 0], points[low, 1]
-    high_x, high_y = points[high, 0], points[high, 1]
-    middle_x, middle_y = points[middle, 0], points[middle, 1]
-    share = (row - low_y) / (high_y - low_y)
-    x0, z0 = low_x + share * (high_x - low_x), depths[0] + share * (depths[2] - depths[0])
-    if row < bend:
-        share = (row - low_y) / (middle_y - low_y)
-        x1, z1 = low_x + share * (middle_x - low_x), depths[0] + share * (depths[1] - depths[0])
-    else:
-        share = (row - middle_y) / (high_y - middle_y)
-        x1 = middle_x + share * (high_x - middle_x)
-        z1 = depths[1] + share * (depths[2] - depths[1])
-    if x1 < x0:
-        return x1, z1, x0, z0
-    return x0, z0, x1, z1
-
-
-@inline_kernel
-def _columns(x0, x1, columns):
-    """First column with its centre from x0 on, and the last one with it before x1."""
-    first = np.int64(np.ceil(min(max(x0, 0.0), float(columns))))
-    return first, np.int64(np.ceil(min(max(x1, 0.0), float(columns)))) - 1
-
-
-@inline_kernel
-def _slope(x0, z0, x1, z1):
-    """Depth by column.  Between ends that rounding cannot tell apart either depth is right."""
-    return (z1 - z0) / (x1 - x0) if x1 - x0 > _NARROWEST else 0.0
+    starts, ends = spans
+    columns = float(starts.shape[1])
+    ax, ay, az = a
+    bx, by, bz = b
+    cx, cy, cz = c
+    dx, dy, dz = d
+    for row in range(begin, end):
+        share = (row - ay) / (by - ay)
+        x0, z0 = ax + share * (bx - ax), az + share * (bz - az)
+        share = (row - cy) / (dy - cy)
+        x1, z1 = cx + share * (dx - cx), cz + share * (dz - cz)
+        swapped = x1 < x0
+        left, right = (x1 if swapped else x0), (x0 if swapped else x1)
+        start, stop = (z1 if swapped else z0), (z0 if swapped else z1)
+        width, place = right - left, np.uint64(row)
+        starts[0, place], starts[1, place] = left, start
+        # Between ends that rounding cannot tell apart either depth is right.
+        starts[2, place] = (stop - start) / width if width > _NARROWEST else 0.0
+        ends[0, place] = np.int64(np.ceil(min(max(left, 0.0), columns)))
+        ends[1, place] = np.int64(np.ceil(min(max(right, 0.0), columns))) - 1
 
 
 @inline_kernel
@@ -281,77 +314,86 @@ def draw_nearest(vertices, faces, projection, threshold, points, cells, nearest,
 @inner_kernel
 def _draw_limits(vertices, faces, points, cells, away, threshold, limits, hidden):
     """Draw the occluder: its nearest depth plus the threshold, and into ``hidden`` where it is."""
-    columns = limits.shape[1]
-    depths = np.empty(3)
-    for face in range(faces.shape[0]):
+    spans = empty_spans(len(limits))
+    starts, ends = spans
+    for face in range(len(faces)):
         i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
         p, q, r = cells[i], cells[j], cells[k]
         if lies_between(p, q, r):
             continue
         bottom, bend, top, low, middle, high = rows_of(p, q, r, i, j, k)
-        _fill_depths(vertices, away, low, middle, high, depths)
+        _fill_spans(
+            _corner(vertices, points, away, low), _corner(vertices, points, away, middle),
+            _corner(vertices, points, away, high), bottom, bend, top, spans,
+        )  # fmt: skip
         for row in range(bottom, top):
-            x0, z0, x1, z1 = _ends(points, low, middle, high, depths, row, bend)
-            first, last = _columns(x0, x1, columns)
+            first, last = ends[0, row], ends[1, row]
             if first <= last:
-                slope = _slope(x0, z0, x1, z1)
-                start, line = z0 + threshold, limits[row, first : last + 1]
+                left, start, slope = starts[0, row], starts[1, row] + threshold, starts[2, row]
+                line = limits[row, first : last + 1]
                 for place in range(len(line)):
-                    line[place] = min(start + (first + place - x0) * slope, line[place])
+                    line[place] = min(start + (first + place - left) * slope, line[place])
                 set_span(hidden, row, first, last)
 
 
 @inner_kernel
-def _draw_mesh(vertices, faces, points, cells, away, limits, hidden, waiting, seen):
-    """Add the mesh's pixels to ``seen``, and take out of ``waiting`` those that are settled.
+def _settle_mesh(vertices, faces, points, cells, away, inside_out, limits, settled):
+    """Add to ``settled`` what the mesh settles.
 
-    What is both seen and waiting in the end lies behind the occluder by more than the threshold.
+    What faces the viewer lies before what faces away and leaves little to it, so that comes last.
     """
-    depths = np.empty(3)
-    for face in range(faces.shape[0]):
-        settle_face(
-            vertices, points, cells, away, depths, faces[face, 0], faces[face, 1], faces[face, 2],
-            limits, hidden, waiting, seen,
-        )  # fmt: skip
+    spans = empty_spans(len(limits))
+    others, count = np.empty((len(faces), 3), np.int32), 0
+    for face in range(len(faces)):
+        i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
+        if lies_between(cells[i], cells[j], cells[k]):
+            continue
+        if _is_clockwise(points, i, j, k) != inside_out:
+            settle_face(vertices, points, cells, away, i, j, k, limits, spans, settled)
+        else:
+            others[count, 0], others[count, 1], others[count, 2] = i, j, k
+            count += 1
+    for i, j, k in others[:count]:
+        settle_face(vertices, points, cells, away, i, j, k, limits, spans, settled)
 
 
 @inline_kernel
-def settle_face(vertices, points, cells, away, depths, i, j, k, limits, hidden, waiting, seen):
-    """Draw the triangle of vertices ``i``, ``j`` and ``k``; ``depths`` (3,) is scratch."""
+def _is_clockwise(points, i, j, k):
+    """Whether a triangle is in a picture whose y rises, where it faces the viewer if it is wound
+    outward: the depth rises away from him, so that x, y and depth are left-handed."""
+    x, y = points[i, 0], points[i, 1]
+    return (points[j, 0] - x) * (points[k, 1] - y) < (points[j, 1] - y) * (points[k, 0] - x)
+
+
+@inner_kernel
+def settle_face(vertices, points, cells, away, i, j, k, limits, spans, settled):
+    """Add to ``settled`` the pixels in which the triangle of vertices ``i``, ``j`` and ``k``, which
+    does not lie between pixels, is not beyond the limit; ``spans`` is scratch."""
     p, q, r = cells[i], cells[j], cells[k]
-    if lies_between(p, q, r):
-        return
-    box_word, box = box_columns(p, q, r)
     bottom, bend, top, low, middle, high = rows_of(p, q, r, i, j, k)
-    known = False
+    word, box = box_columns(p, q, r)
+    if box != 0:
+        waiting = np.uint64(0)
+        for row in range(bottom, top):
+            waiting |= ~settled[row, word]
+        if waiting & box == 0:
+            return
+    _fill_spans(
+        _corner(vertices, points, away, low), _corner(vertices, points, away, middle),
+        _corner(vertices, points, away, high), bottom, bend, top, spans,
+    )  # fmt: skip
+    starts, ends = spans
     for row in range(bottom, top):
-        if box != 0 and (waiting[row, box_word] & box) == 0:
+        first, last = ends[0, row], ends[1, row]
+        if first > last:
             continue
-        if not known:
-            _fill_depths(vertices, away, low, middle, high, depths)
-            known = True
-        x0, z0, x1, z1 = _ends(points, low, middle, high, depths, row, bend)
-        first, last = _columns(x0, x1, limits.shape[1])
-        if first <= last:
-            _settle(x0, z0, x1, z1, row, first, last, limits, hidden, waiting, seen)
-
-
-@inline_kernel
-def _settle(x0, z0, x1, z1, row, first, last, limits, hidden, waiting, seen):
-    """Of one row the columns ``first`` to ``last`` of a triangle."""
-    slope = _slope(x0, z0, x1, z1)
-    for word in range(first >> 6, (last >> 6) + 1):
-        begin, end = max(first - 64 * word, 0), min(last - 64 * word, 63)
-        span = run_of_ones(begin, end - begin + 1)
-        seen[row, word] |= span
-        asked = waiting[row, word] & span
-        if asked == 0:
-            continue
-        waiting[row, word] &= ~(span & ~hidden[row, word])
-        asked &= hidden[row, word]
-        while asked != 0:
-            lowest, place = lowest_one(asked)
-            asked ^= lowest
-            column = 64 * word + place
-            if z0 + (column - x0) * slope <= limits[row, column]:
-                waiting[row, word] ^= lowest
+        left, start, slope = starts[0, row], starts[1, row], starts[2, row]
+        for word in range(first >> 6, (last >> 6) + 1):
+            begin, end = max(first, 64 * word), min(last, 64 * word + 63) + 1
+            if ~settled[row, word] & run_of_ones(begin & 63, end - begin) == 0:
+                continue
+            line, reached = limits[row, begin:end], np.uint64(0)
+            for place in range(len(line)):
+                depth = start + (begin + place - left) * slope
+                reached |= np.uint64(depth <= line[place]) << np.uint64(place)
+            settled[row, word] |= reached << np.uint64(begin & 63)

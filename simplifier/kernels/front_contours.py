@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simplifier.kernels.bit_image import lowest_one, popcount
+from simplifier.kernels.bit_image import lowest_one
 from simplifier.kernels.clusters import (
     CLUSTER,
     block_limits,
@@ -39,8 +39,14 @@ from simplifier.kernels.contours import (
     transpose,
 )
 from simplifier.kernels.coverage import MaskArray, views_at_a_time
-from simplifier.kernels.faces import columns_of_word, project
-from simplifier.kernels.front import draw_nearest, settle_face
+from simplifier.kernels.faces import columns_of_word, lies_between, project
+from simplifier.kernels.front import (
+    count_waiting,
+    draw_nearest,
+    empty_spans,
+    settle_face,
+    settle_others,
+)
 from simplifier.kernels.threads import run_chunks
 
 
@@ -117,9 +123,8 @@ def count_fronts(
     left = np.empty_like(near)
     facing, close = np.zeros(count + 1, np.uint64), np.zeros(count + 1, np.uint64)
     away = np.empty(clusters, np.uint64)
-    limits, hidden = np.empty((batch, image, image)), np.empty((batch, image, across), np.uint64)
-    waiting, settled = np.empty_like(hidden), np.empty_like(hidden)
-    seen = np.zeros((image, across), np.uint64)
+    limits, settled = np.empty((batch, image, image)), np.empty((batch, image, across), np.uint64)
+    drawn = np.empty_like(settled)
     counts = np.zeros((image + 1, image), np.int32)
     lists, used, unsure = contour_lists(batch, image)
     maps = np.empty((batch, 3, 5), np.float32)
@@ -128,11 +133,11 @@ def count_fronts(
         views, there = projections[first:last], last - first
         fill_sides(planes, axes[first:last], facing, close)
         _choose_sides(facing, close, turned[first:last], away)
-        hidden[:] = 0
+        settled[:] = 0
         for view in range(there):
             draw_nearest(
                 others, other_faces, views[view], threshold, points, cells, limits[view],
-                hidden[view],
+                settled[view],
             )  # fmt: skip
             low, steps = fill_map(views[view], ball, maps[view])
             fill_blocks(limits[view], low, steps, blocks)
@@ -140,34 +145,30 @@ def count_fronts(
             sort_triangles(
                 corners, maps[view], image, block_steps, kinds, mixed, near[view], left[view]
             )
-            pixels[first + view, 0] = _wait(hidden[view], shown[first + view], waiting[view])
+            pixels[first + view, 0] = settle_others(settled[view], shown[first + view])
             # At once, while the limits are at hand.
-            _draw_facing(
-                vertices, faces, left[view], facing, view, views[view], limits[view], hidden[view],
-                waiting[view], seen,
-            )  # fmt: skip
+            _settle_facing(
+                vertices, faces, left[view], facing, view, views[view], limits[view], settled[view]
+            )
         _turn_words(near[:there], facing, close)
-        unsure[:], settled[:] = False, 0
+        unsure[:], drawn[:] = False, 0
         draw_contour(
-            vertices, edges, close, views, turned[first:last], lists, used, unsure, counts, settled
+            vertices, edges, close, views, turned[first:last], lists, used, unsure, counts, drawn
         )
         for view in range(there):
             if unsure[view]:
-                _draw_facing(
+                _settle_facing(
                     vertices, faces, near[view], facing, view, views[view], limits[view],
-                    hidden[view], waiting[view], seen,
+                    settled[view],
                 )  # fmt: skip
             else:
-                waiting[view] &= ~settled[view]
+                settled[view] |= drawn[view]
             left[view] |= near[view]
-            _draw_others(
+            _settle_others(
                 vertices, faces, boxes, maps[view], left[view], away, facing, view, views[view],
-                limits[view], hidden[view], waiting[view], seen,
+                limits[view], settled[view],
             )  # fmt: skip
-            pixels[first + view, 1] = 0
-            for row in range(image):
-                for word in range(across):
-                    pixels[first + view, 1] += np.int64(popcount(waiting[view, row, word]))
+            pixels[first + view, 1] = count_waiting(settled[view])
 
 
 @inner_kernel
@@ -199,35 +200,23 @@ def _turn_words(near, facing, close):
             close[64 * word + lane] = facing[64 * word + lane] & square[lane]
 
 
-@inline_kernel
-def _wait(hidden, shown, waiting):
-    """Fill ``waiting`` with pixels where both the occluder and the mesh show; count ``shown``."""
-    there = np.uint64(0)
-    for row in range(len(shown)):
-        for word in range(shown.shape[1]):
-            there += popcount(shown[row, word])
-            waiting[row, word] = hidden[row, word] & shown[row, word]
-    return np.int64(there)
-
-
-@inline_kernel
-def _draw(
-    vertices, faces, face, projection, own, points, cells, depths, limits, hidden, waiting, seen
-):
-    """Take out of ``waiting`` what a triangle settles; ``own`` to ``depths`` are scratch."""
+@inner_kernel
+def _settle(vertices, faces, face, projection, own, points, cells, limits, spans, settled):
+    """Add to ``settled`` what a triangle settles; ``own``, ``points`` and ``cells`` are scratch."""
     for corner in range(3):
         for axis in range(3):
             own[axis, corner] = vertices[faces[face, corner], axis]
     project(own, projection, len(limits), len(limits), points, cells)
-    settle_face(own, points, cells, projection[2], depths, 0, 1, 2, limits, hidden, waiting, seen)
+    if not lies_between(cells[0], cells[1], cells[2]):
+        settle_face(own, points, cells, projection[2], 0, 1, 2, limits, spans, settled)
 
 
 @inner_kernel
-def _draw_facing(vertices, faces, chosen, facing, view, projection, limits, hidden, waiting, seen):
-    """Take out of ``waiting`` what those triangles of the bits ``chosen`` settle that face the
+def _settle_facing(vertices, faces, chosen, facing, view, projection, limits, settled):
+    """Add to ``settled`` what those triangles of the bits ``chosen`` settle that face the
     viewer."""
     own, points, cells = np.empty((3, 3)), np.empty((3, 2)), np.empty(3, np.uint32)
-    depths, bit = np.empty(3), np.uint64(1) << np.uint64(view)
+    spans, bit = empty_spans(len(limits)), np.uint64(1) << np.uint64(view)
     for word in range(len(chosen)):
         left = chosen[word]
         while left != 0:
@@ -235,45 +224,42 @@ def _draw_facing(vertices, faces, chosen, facing, view, projection, limits, hidd
             left ^= lowest
             face = 64 * word + place
             if face < len(faces) and facing[face] & bit != 0:
-                _draw(
-                    vertices, faces, face, projection, own, points, cells, depths, limits, hidden,
-                    waiting, seen,
-                )  # fmt: skip
+                _settle(
+                    vertices, faces, face, projection, own, points, cells, limits, spans, settled
+                )
 
 
 @inner_kernel
-def _draw_others(
-    vertices, faces, boxes, sight, chosen, away, facing, view, projection, limits, hidden, waiting,
-    seen,
-):  # fmt: skip
-    """Take out of ``waiting`` what those triangles of the bits ``chosen`` settle that do not face
-    the viewer."""
+def _settle_others(
+    vertices, faces, boxes, sight, chosen, away, facing, view, projection, limits, settled
+):
+    """Add to ``settled`` what those triangles of the bits ``chosen`` settle that do not face the
+    viewer."""
     own, points, cells = np.empty((3, 3)), np.empty((3, 2)), np.empty(3, np.uint32)
-    depths, bit = np.empty(3), np.uint64(1) << np.uint64(view)
+    spans, bit = empty_spans(len(limits)), np.uint64(1) << np.uint64(view)
     for cluster in range(len(away)):
         left = chosen[cluster // 4] >> np.uint64(CLUSTER * (cluster % 4)) & np.uint64(0xFFFF)
         if left == 0 or away[cluster] & bit == 0:
             continue
-        if not _waits(waiting, cluster_pixels(boxes, cluster, sight, len(limits))):
+        if not _waits(settled, cluster_pixels(boxes, cluster, sight, len(limits))):
             continue
         while left != 0:
             lowest, place = lowest_one(left)
             left ^= lowest
             face = CLUSTER * cluster + place
             if face < len(faces) and facing[face] & bit == 0:
-                _draw(
-                    vertices, faces, face, projection, own, points, cells, depths, limits, hidden,
-                    waiting, seen,
-                )  # fmt: skip
+                _settle(
+                    vertices, faces, face, projection, own, points, cells, limits, spans, settled
+                )
 
 
 @inline_kernel
-def _waits(waiting, rectangle):
-    """Whether a pixel of a rectangle does."""
+def _waits(settled, rectangle):
+    """Whether a pixel of a rectangle does: nothing has settled it."""
     left, right, top, bottom = rectangle
     asked = np.uint64(0)
     for word in range(left >> 6, (right + 63) >> 6):
         span = columns_of_word(left, right, word)
         for row in range(top, bottom):
-            asked |= waiting[row, word] & span
+            asked |= ~settled[row, word] & span
     return asked != 0

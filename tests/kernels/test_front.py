@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from simplifier.kernels.front import depth_limits, front_pixels, pixels_before
+from tests import solids
 
 FLAT = np.eye(3, 4)[None]
 """One view that takes x and y for pixel coordinates and z for the depth."""
@@ -172,6 +173,21 @@ def test_more_of_either_never_lowers_its_own_figure(seed):
     there, before = counted(mesh, occluder)[0]
     assert counted(mesh[:5], occluder)[0, 0] <= there
     assert counted(mesh, occluder[:2])[0, 1] <= before <= there
+
+
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_the_way_of_winding_changes_nothing(mirrored):
+    """Whatever side of a mesh is drawn first; of one that overlaps itself, too."""
+    ball = solids.moved(solids.sphere(rings=9), 30.0, (34.0, 33.0, 40.0))
+    block = solids.moved(solids.box(), 25.0, (40.0, 40.0, 20.0))
+    mesh = np.concatenate([ball.vertices[ball.faces], block.vertices[block.faces]] * 2)
+    around = solids.moved(solids.sphere(rings=4), 32.0, (34.0, 33.0, 40.0))
+    occluder = around.vertices[around.faces]
+    views = np.eye(3, 4)[None] * np.where(mirrored, [[1.0], [1.0], [-1.0]], 1.0)
+    found = counted(mesh, occluder, 80, 1.0, views)
+    assert 0 < found[0, 1] < found[0, 0]
+    for other in (mesh[:, ::-1], mesh[::-1], mesh[1::2].tolist() + mesh[::2, ::-1].tolist()):
+        np.testing.assert_array_equal(counted(other, occluder, 80, 1.0, views), found)
 
 
 def test_each_view_has_its_own_depth():

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from simplifier.geometry.views import image_axes, random_directions
 from simplifier.kernels import front, front_contours
 from simplifier.kernels.contours import draw_by_contours, edge_table
-from simplifier.kernels.coverage import drawable
+from simplifier.kernels.coverage import draw_views, drawable
 from simplifier.kernels.front import count_front, front_pixels
 from simplifier.kernels.front_contours import count_front_by_contours
 from tests import solids
@@ -32,12 +32,13 @@ def both(mesh, occluder, projections, image, threshold=0.02):
     """Pixels by contours and triangle by triangle."""
     points, faces, views = drawable(mesh.vertices, mesh.faces, projections, (3, image, image))
     others = drawable(occluder.vertices, occluder.faces, projections, (3, image, image))[:2]
-    table = edge_table(points, faces)
-    shown = np.zeros((len(views), image, -(-image // 64)), np.uint64)
-    draw_by_contours(table, np.ascontiguousarray(views[:, :2]), image, shown)
+    table, flat = edge_table(points, faces), np.ascontiguousarray(views[:, :2])
+    shown = np.zeros((2, len(views), image, -(-image // 64)), np.uint64)
+    draw_by_contours(table, flat, image, shown[0])
+    draw_views(points, faces, flat, image, 0, len(views), shown[1])
     pixels = np.zeros((2, len(views), 2), np.int64)
-    count_front_by_contours(table, shown, others, views, image, threshold, pixels[0])
-    count_front(points, faces, *others, views, image, threshold, 0, len(views), pixels[1])
+    count_front_by_contours(table, shown[0], others, views, image, threshold, pixels[0])
+    count_front(points, faces, False, *others, views, threshold, 0, len(views), shown[1], pixels[1])
     return pixels
 
 

@@ -35,7 +35,8 @@ _SIDE, _PICTURES = 128, 256
 
 LEAST_FACES = 1 << 13
 """Triangles of a mesh whose front is counted by contours.  A smaller mesh would gain less than a
-tenth of a second, and the kernels for it take two seconds to compile."""
+tenth of a second, and the kernels for it take two seconds to compile.  In others so many are drawn
+at a time."""
 
 
 def load_for(faces: int) -> None:
@@ -75,6 +76,8 @@ def front_pixels(
     points, faces, views = drawable(*mesh, projections, (3, image, image))
     other_points, other_faces, _ = drawable(*occluder, projections, (3, image, image))
     pixels = np.zeros((len(views), 2), dtype=np.int64)
+    flat = np.ascontiguousarray(views[:, :2])
+    shown = None if known is None else known.masks_of(points, faces, flat, (image, image))
     if len(faces) >= LEAST_FACES and by_contours(len(faces), len(views), image * image):
         # Here, not above: they are built on this file, and small meshes need not load them.
         from simplifier.kernels.contours import draw_by_contours, edge_table
@@ -82,8 +85,6 @@ def front_pixels(
 
         table = edge_table(points, faces) if known is None else known.table_of(points, faces)
         if table.pays(image * image):
-            flat = np.ascontiguousarray(views[:, :2])
-            shown = None if known is None else known.masks_of(points, faces, flat, (image, image))
             if shown is None:
                 shown = np.zeros((len(views), image, (image + 63) >> 6), dtype=np.uint64)
                 draw_by_contours(table, flat, image, shown)
@@ -91,8 +92,6 @@ def front_pixels(
                 table, shown, (other_points, other_faces), views, image, threshold, pixels
             )
             return pixels
-    flat = np.ascontiguousarray(views[:, :2])
-    shown = None if known is None else known.masks_of(points, faces, flat, (image, image))
     if shown is None:
         shown = coverage_masks(points.T, faces, flat, image, image, known=known)
     inside_out = _is_inside_out(points, faces)
@@ -108,11 +107,12 @@ def front_pixels(
 
 
 def _is_inside_out(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> bool:
-    """Whether triangles of a mesh, (3, n) and (m, 3), are wound backwards: its volume tells."""
-    if len(faces) == 0:
-        return False
-    a, b, c = (vertices - vertices.mean(axis=1, keepdims=True))[:, faces.T].swapaxes(0, 1)
-    return bool((a * np.cross(b, c, axis=0)).sum() < 0.0)
+    """Whether triangles of a mesh, (3, n) and (m, 3), are wound backwards: the volume tells that
+    some of them enclose."""
+    some = faces[:: 1 + len(faces) // LEAST_FACES]
+    a, b, c = vertices[:, some.T].swapaxes(0, 1)
+    middle = vertices.mean(axis=1, keepdims=True) if len(some) else 0.0
+    return bool(((a - middle) * np.cross(b - middle, c - middle, axis=0)).sum() < 0.0)
 
 
 def depth_limits(
@@ -340,21 +340,24 @@ def _draw_limits(vertices, faces, points, cells, away, threshold, limits, hidden
 def _settle_mesh(vertices, faces, points, cells, away, inside_out, limits, settled):
     """Add to ``settled`` what the mesh settles.
 
-    What faces the viewer lies before what faces away and leaves little to it, so that comes last.
+    What faces the viewer lies before what faces away and leaves little to it, so that comes last;
+    of a mesh of many triangles among so many at a time.
     """
     spans = empty_spans(len(limits))
-    others, count = np.empty((len(faces), 3), np.int32), 0
-    for face in range(len(faces)):
-        i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
-        if lies_between(cells[i], cells[j], cells[k]):
-            continue
-        if _is_clockwise(points, i, j, k) != inside_out:
+    others = np.empty((min(len(faces), LEAST_FACES), 3), np.int32)
+    for begin in range(0, len(faces), LEAST_FACES):
+        count = 0
+        for face in range(begin, min(begin + LEAST_FACES, len(faces))):
+            i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
+            if lies_between(cells[i], cells[j], cells[k]):
+                continue
+            if _is_clockwise(points, i, j, k) != inside_out:
+                settle_face(vertices, points, cells, away, i, j, k, limits, spans, settled)
+            else:
+                others[count, 0], others[count, 1], others[count, 2] = i, j, k
+                count += 1
+        for i, j, k in others[:count]:
             settle_face(vertices, points, cells, away, i, j, k, limits, spans, settled)
-        else:
-            others[count, 0], others[count, 1], others[count, 2] = i, j, k
-            count += 1
-    for i, j, k in others[:count]:
-        settle_face(vertices, points, cells, away, i, j, k, limits, spans, settled)
 
 
 @inline_kernel

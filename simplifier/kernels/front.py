@@ -107,12 +107,12 @@ def front_pixels(
 
 
 def _is_inside_out(vertices: NDArray[np.float64], faces: NDArray[np.int32]) -> bool:
-    """Whether triangles of a mesh, (3, n) and (m, 3), are wound backwards: the volume tells that
-    some of them enclose."""
-    some = faces[:: 1 + len(faces) // LEAST_FACES]
-    a, b, c = vertices[:, some.T].swapaxes(0, 1)
-    middle = vertices.mean(axis=1, keepdims=True) if len(some) else 0.0
-    return bool(((a - middle) * np.cross(b - middle, c - middle, axis=0)).sum() < 0.0)
+    """Whether triangles of a mesh, (3, n) and (m, 3), are wound backwards: its volume tells.  Of
+    many it is not asked."""
+    if not 0 < len(faces) < LEAST_FACES:
+        return False
+    a, b, c = (vertices - vertices.mean(axis=1, keepdims=True))[:, faces.T].swapaxes(0, 1)
+    return bool((a * np.cross(b, c, axis=0)).sum() < 0.0)
 
 
 def depth_limits(
@@ -200,7 +200,8 @@ def count_front(
 
     ``vertices``, ``other_vertices``  (3, n) float64, ``faces``, ``other_faces`` (m, 3) int32: of
                     the mesh and of the occluder.
-    ``inside_out``  whether the mesh's triangles are wound backwards; only time depends on it.
+    ``inside_out``  whether the mesh's triangles are wound backwards; only time depends on it.  Not
+                    used where there are :data:`LEAST_FACES` or more.
     ``shown``       (V, image, words) uint64: silhouettes of the mesh.
     """
     image, words = shown.shape[1], shown.shape[2]
@@ -340,24 +341,29 @@ def _draw_limits(vertices, faces, points, cells, away, threshold, limits, hidden
 def _settle_mesh(vertices, faces, points, cells, away, inside_out, limits, settled):
     """Add to ``settled`` what the mesh settles.
 
-    What faces the viewer lies before what faces away and leaves little to it, so that comes last;
-    of a mesh of many triangles among so many at a time.
+    What faces the viewer lies before what faces away and leaves little to it, so that comes last.
+    Of many triangles the corners would have to be fetched to tell, which takes longer.
     """
-    spans = empty_spans(len(limits))
-    others = np.empty((min(len(faces), LEAST_FACES), 3), np.int32)
+    spans, few = empty_spans(len(limits)), len(faces) < LEAST_FACES
+    listed = np.empty(min(len(faces), LEAST_FACES), np.int32)
     for begin in range(0, len(faces), LEAST_FACES):
-        count = 0
+        facing, others = 0, len(listed)
         for face in range(begin, min(begin + LEAST_FACES, len(faces))):
             i, j, k = faces[face, 0], faces[face, 1], faces[face, 2]
             if lies_between(cells[i], cells[j], cells[k]):
                 continue
-            if _is_clockwise(points, i, j, k) != inside_out:
-                settle_face(vertices, points, cells, away, i, j, k, limits, spans, settled)
+            if few and _is_clockwise(points, i, j, k) == inside_out:
+                others -= 1
+                listed[others] = face
             else:
-                others[count, 0], others[count, 1], others[count, 2] = i, j, k
-                count += 1
-        for i, j, k in others[:count]:
-            settle_face(vertices, points, cells, away, i, j, k, limits, spans, settled)
+                listed[facing] = face
+                facing += 1
+        for place in range(facing + len(listed) - others):
+            face = listed[place if place < facing else place - facing + others]
+            settle_face(
+                vertices, points, cells, away, faces[face, 0], faces[face, 1], faces[face, 2],
+                limits, spans, settled,
+            )  # fmt: skip
 
 
 @inline_kernel
@@ -368,7 +374,7 @@ def _is_clockwise(points, i, j, k):
     return (points[j, 0] - x) * (points[k, 1] - y) < (points[j, 1] - y) * (points[k, 0] - x)
 
 
-@inner_kernel
+@inline_kernel
 def settle_face(vertices, points, cells, away, i, j, k, limits, spans, settled):
     """Add to ``settled`` the pixels in which the triangle of vertices ``i``, ``j`` and ``k``, which
     does not lie between pixels, is not beyond the limit; ``spans`` is scratch."""

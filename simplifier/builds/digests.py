@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import stat
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -35,10 +36,12 @@ class Digests:
         self._known: dict[str, tuple[Stamp, str]] = {}
 
     def of(self, path: str | Path) -> str | None:
-        """None where there is no file that can be read."""
+        """None where no file can be read; a device or a pipe, which might never end, is none."""
         name = os.fspath(path)
         try:
             found = os.stat(name)  # noqa: PTH116  a Path takes longer to make
+            if not stat.S_ISREG(found.st_mode):
+                return None
             stamp = (found.st_mtime_ns, found.st_ctime_ns, found.st_size, found.st_ino)
             known = self._known.get(name)
             if known is not None and known[0] == stamp:

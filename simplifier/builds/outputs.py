@@ -49,6 +49,8 @@ def outputs_of(mesh: str, templates: Iterable[Output], where: str) -> tuple[Outp
     def fill_template(template: Output) -> Output:
         text = template.file
         path = posixpath.normpath(fill_fields(text, mesh, where))
+        if "\0" in text:
+            raise _output_error(text, "holds a NUL character", where)
         if path.startswith(("/", "../")) or "\\" in text or ":" in path.split("/")[0]:
             raise _output_error(text, "leads out of the manifest's folder", where)
         if posixpath.splitext(path)[1].lower() not in OCCLUDER_SUFFIXES:  # ".glb" is a name

@@ -125,6 +125,24 @@ def make_plan(path: Path) -> Plan:
     return Plan(manifest, record, plan_assets(manifest, made))
 
 
+def files_of_plan(path: Path) -> Iterator[tuple[Path, str]]:
+    """What a build reads and writes, each with what it is: its manifest first, at ``path``.
+
+    Raises as :func:`make_plan`.
+    """
+    yield path, "the manifest itself"
+    yield record_path(path), "the record of the build"
+    plan = make_plan(path)
+    folder = plan.manifest.folder
+    for asset in plan.assets:
+        mesh = folder / asset.name
+        yield mesh, f"the mesh '{asset.name}'"
+        yield overrides_place(mesh), "a file of overrides"
+        yield from ((folder / file, f"an output of '{asset.name}'") for file in asset.files)
+    for one in plan.record.values():
+        yield from ((folder / file, "an output of the build") for file in one.outputs)
+
+
 @dataclass(frozen=True)
 class Examined:
     """``planned``  all assets of the manifest.

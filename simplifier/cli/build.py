@@ -18,6 +18,7 @@ from simplifier.builds.record import Record, baseline
 from simplifier.builds.reports import json_report, junit_report, markdown_report
 from simplifier.builds.shards import Shard, read_shard
 from simplifier.builds.staleness import check_assets as check_assets
+from simplifier.builds.staleness import files_of_plan
 from simplifier.cli.console import count_bar, print_line
 from simplifier.cli.findings import print_findings
 from simplifier.cli.help import ADVANCED, OUTPUT, QUALITY, with_examples
@@ -31,7 +32,7 @@ from simplifier.cli.running import (
     run_guarded,
 )
 from simplifier.errors import OptionError
-from simplifier.io.files import check_folder, write_whole
+from simplifier.io.files import check_apart, check_folder, write_whole
 
 
 @with_examples(
@@ -107,8 +108,11 @@ def build(
         part = None if shard is None else read_shard(shard)
         if join:
             _check_alone(check=check, shard=shard, server=server, at_once=at_once)
-        for file in reports:
-            check_folder(file)
+        if reports:
+            others = [*files_of_plan(manifest)]
+            for file in reports:
+                check_folder(file)
+                check_apart(file, "the report", others)
         name = manifest.name if part is None else f"{manifest.name} (shard {part})"
         before = {} if against is None else baseline(against, manifest)
         with interrupts() as listening:

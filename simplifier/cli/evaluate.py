@@ -14,6 +14,7 @@ from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_override
 from simplifier.cli.report import Outcome, Shown, Strict, check_extras, run_and_show
 from simplifier.cli.running import AsJson, Debug, Interrupts, Quiet, Verbose
 from simplifier.io.load import load, load_occluder
+from simplifier.io.suffixes import overrides_place
 from simplifier.options.simplify import EvaluateOptions
 from simplifier.production.estimate import check_file
 from simplifier.progress import Listener, Stopwatch
@@ -58,7 +59,12 @@ def evaluate(
 
     def run(listener: Listener, interrupts: Interrupts) -> Outcome:
         options = read_options(EvaluateOptions, chosen)
-        check_extras(report, pictures)
+        others = [
+            (mesh, "the mesh itself"),
+            (occluder, "the occluder itself"),
+            (overrides or overrides_place(mesh), "the file of overrides"),
+        ]
+        check_extras(report, pictures, others)
         by_hand = chosen_overrides(mesh, overrides, no_overrides)
         check_file(mesh, options, pictures=pictures is not None)
         watch, limit = Stopwatch(listener), options.memory_limit

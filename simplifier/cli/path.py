@@ -11,10 +11,8 @@ from simplifier.cli.console import print_line, print_text
 from simplifier.cli.help import OUTPUT, with_examples
 from simplifier.cli.options import SceneArgument, read_options, with_options
 from simplifier.cli.running import Debug, Quiet, interrupts, run_guarded
-from simplifier.errors import OutputError
 from simplifier.io.camera_path import save_camera_path
-from simplifier.io.files import check_folder
-from simplifier.io.places import followed
+from simplifier.io.files import check_apart, check_folder
 from simplifier.io.scene import load_scene
 from simplifier.options.scene import PathOptions
 
@@ -61,7 +59,4 @@ def path(
 def check_output(scene: Path, output: Path, what: str) -> None:
     """Raise :class:`OutputError` where ``what`` cannot be written, or would replace the scene."""
     check_folder(output)
-    if followed(scene) == followed(output):
-        raise OutputError(
-            "this is the scene itself", where=str(output), remedy=f"name another file for {what}"
-        )
+    check_apart(output, what, [(scene, "the scene itself")])

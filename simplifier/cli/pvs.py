@@ -114,7 +114,8 @@ def pvs(
         if is_elevation(scene):
             options = replace(options, up="z")
         check_output(scene, output, "the sets")
-        check_extras(report, pictures)
+        others = [(scene, "the scene itself"), (output, "the sets")]
+        check_extras(report, pictures, others)
         if pictures is not None and options.method not in _DRAWN:
             raise OptionError(
                 "sets by slices are not drawn", where="pictures",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -14,7 +14,7 @@ from simplifier.cli.console import print_json, print_line, print_report, progres
 from simplifier.cli.help import OUTPUT
 from simplifier.cli.running import Interrupts, interrupts, run_guarded
 from simplifier.errors import OptionError, OutputError
-from simplifier.io.files import check_folder
+from simplifier.io.files import check_apart, check_folder
 from simplifier.io.places import is_folder, is_there
 from simplifier.progress import Listener
 from simplifier.report.report import Report
@@ -89,17 +89,25 @@ def run_and_show(
 _PAGES = (".html", ".htm")
 
 
-def check_extras(report: Path | None, pictures: Path | None) -> None:
-    """Refuse now what could not be written after all the work, or is not what its name says."""
+def check_extras(
+    report: Path | None, pictures: Path | None, others: Sequence[tuple[Path, str]]
+) -> None:
+    """Refuse now what could not be written after all the work, or is not what its name says.
+
+    ``others``  what a run reads and writes besides, each with what it is.
+    """
     if report is not None:
         check_folder(report)
+        check_apart(report, "the report", others)
         if report.suffix.lower() in _PAGES:
             raise OptionError(
                 "a report is JSON, and no page",
                 where="--report",
                 remedy=f"write --report {report.stem}.json, or --pictures FOLDER for a page",
             )
-    if pictures is not None and is_there(pictures) and not is_folder(pictures):
-        raise OutputError(
-            "this is not a folder", where=str(pictures), remedy="name one for the pictures"
-        )
+    if pictures is not None:
+        check_apart(pictures, "the pictures", others)
+        if is_there(pictures) and not is_folder(pictures):
+            raise OutputError(
+                "this is not a folder", where=str(pictures), remedy="name one for the pictures"
+            )

@@ -25,7 +25,7 @@ from simplifier.cli.options import (
 )
 from simplifier.cli.running import AsJson, Debug, Quiet, interrupts, run_guarded
 from simplifier.errors import OptionError
-from simplifier.io.files import check_folder, read_bytes, write_whole
+from simplifier.io.files import check_apart, check_folder, read_bytes, write_whole
 from simplifier.options.scene import SceneOptions
 from simplifier.wording import count
 
@@ -95,6 +95,7 @@ def scene(
         options = read_options(SceneOptions, chosen)
         if packed is not None:
             check_folder(packed)  # now, not when all is made
+            check_apart(packed, "what is packed", [(source, "the scene itself")])
         if path is not None and frame_triangles is None:
             raise OptionError(
                 "a path is for ranking", where="--path", remedy="give --frame-triangles, too"

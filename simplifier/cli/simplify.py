@@ -18,10 +18,12 @@ from simplifier.cli.overrides import NoOverrides, OverridesFile, chosen_override
 from simplifier.cli.report import Outcome, Shown, Strict, check_extras, run_and_show
 from simplifier.cli.running import AsJson, Debug, Interrupts, Quiet, Verbose
 from simplifier.errors import OptionError, OutputError
+from simplifier.io.files import check_apart
 from simplifier.io.glb_embed import check_place
 from simplifier.io.load import load
-from simplifier.io.places import followed, is_file
+from simplifier.io.places import is_file
 from simplifier.io.save import check_writable, holds_levels, is_level_path
+from simplifier.io.suffixes import overrides_place
 from simplifier.memory.limit import default_limit
 from simplifier.memory.need import BASE_BYTES, GIB
 from simplifier.options.simplify import SimplifyOptions, Style, WriteOptions
@@ -124,8 +126,13 @@ def simplify(
         check_writable(output, style)
         if writing.with_original is not None:
             _check_embedding(mesh, output, levels=options.levels is not None)
-        _check_distinct(mesh, output, levels=options.levels is not None)
-        check_extras(report, pictures)
+        _check_distinct(mesh, output, report, levels=options.levels is not None)
+        others = [
+            (mesh, "the mesh itself"),
+            (output, "the occluder"),
+            (overrides or overrides_place(mesh), "the file of overrides"),
+        ]
+        check_extras(report, pictures, others)
         by_hand = chosen_overrides(mesh, overrides, no_overrides)
         if dry_run:
             _foretell(mesh, options, pictures=pictures is not None)
@@ -262,17 +269,17 @@ def _gib(count: float) -> str:
     return f"{count / GIB:.2f} GiB"
 
 
-def _check_distinct(mesh: Path, output: Path, *, levels: bool) -> None:
-    """The mesh is not to be lost by a slip of the keyboard."""
+def _check_distinct(mesh: Path, output: Path, report: Path | None, *, levels: bool) -> None:
     if levels and is_level_path(mesh, output):
         raise OutputError(
             "its levels would replace or remove the mesh itself",
             where=str(output),
             remedy="name another file for the occluder",
         )
-    if followed(mesh) == followed(output):
+    if levels and report is not None and is_level_path(report, output):
         raise OutputError(
-            "this is the mesh itself",
-            where=str(output),
-            remedy="name another file for the occluder",
+            "this is a level of the occluder",
+            where=str(report),
+            remedy="name another file for the report",
         )
+    check_apart(output, "the occluder", [(mesh, "the mesh itself")])

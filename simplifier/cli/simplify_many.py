@@ -17,6 +17,7 @@ from simplifier.builds.batch import batch_jobs, places_of
 from simplifier.builds.build import answers_here
 from simplifier.builds.finding import AssetFigures
 from simplifier.builds.making import AssetJob, MadeAsset, mesh_stamp, put_in_place
+from simplifier.builds.outputs import is_template
 from simplifier.cli.console import count_bar, print_json_line, print_line, print_report, print_text
 from simplifier.cli.current import Making
 from simplifier.cli.findings import figures_line
@@ -26,6 +27,7 @@ from simplifier.cli.report import Shown
 from simplifier.cli.running import INTERRUPTED, Interrupts, interrupts, run_guarded
 from simplifier.errors import OccluderError, OptionError, OutputError
 from simplifier.io.glb_embed import check_place
+from simplifier.io.places import is_folder, is_there
 from simplifier.io.save import check_format, remove_levels
 from simplifier.options.simplify import SimplifyOptions, Style, WriteOptions
 from simplifier.processes import Answer
@@ -120,6 +122,12 @@ def _places(meshes: Sequence[Path], asked: Asked) -> Mapping[Path, Path]:
             "levels of detail are not written with the original",
             where="with original",
             remedy="leave one of the two options out",
+        )
+    if is_there(asked.output) and not is_folder(asked.output) and not is_template(asked.output):
+        raise OutputError(
+            "this is not a folder",
+            where=str(asked.output),
+            remedy="name one, or a file with a suffix, as in occluder.glb",
         )
     places = places_of(meshes, asked.output, options)
     for place in places.values():

@@ -5,11 +5,12 @@ The bytes of an input file, or a refusal that says why there are none.
 
 from __future__ import annotations
 
+import errno
 import fnmatch
 import os
 import stat
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -20,12 +21,32 @@ _DRAFT = ".occluder-*.tmp"
 
 
 def check_folder(path: Path) -> None:
-    """Raise :class:`OutputError` when the folder that ``path`` would be written to is not there, or
-    the system refuses the name."""
+    """Raise :class:`OutputError` when the folder that ``path`` would be written to is not there,
+    the system refuses the name, or what is there is no file."""
     if not is_folder(followed(path).parent):
         raise _no_folder(path)
     with _output_errors(path), suppress(FileNotFoundError):
         path.lstat()
+    _check_replaceable(path)
+
+
+def _check_replaceable(path: Path) -> None:
+    if is_there(path) and not is_file(path):
+        raise OutputError("this is a folder or a device", where=str(path), remedy="name a file")
+
+
+def check_apart(path: Path, purpose: str, others: Iterable[tuple[Path, str]]) -> None:
+    """Raise :class:`OutputError` where ``path`` is one of some ``others``, by a link or not: what
+    is read or written besides is not to be lost by a slip of the keyboard.
+
+    ``purpose``  what is to be written, as "the report"; with each other what it is.
+    """
+    place = followed(path)
+    for other, what in others:
+        if followed(other) == place:
+            raise OutputError(
+                f"this is {what}", where=str(path), remedy=f"name another file for {purpose}"
+            )
 
 
 def make_folder(place: Path) -> None:
@@ -76,8 +97,7 @@ def write_all_whole(files: Mapping[Path, bytes]) -> None:
 def _write_draft(path: Path, data: bytes) -> tuple[Path, Path]:
     """Write the data beside the target; that file and the target."""
     target = followed(path)
-    if is_there(target) and not is_file(target):
-        raise OutputError("this is a folder or a device", where=str(path), remedy="name a file")
+    _check_replaceable(path)
     draft = target.with_name(_DRAFT.replace("*", os.urandom(8).hex()))
     try:
         draft.write_bytes(data)
@@ -96,10 +116,13 @@ def _output_errors(path: Path) -> Iterator[None]:
         raise _no_folder(path) from None
     except (OSError, ValueError, RuntimeError) as error:  # no right, a full disk, NUL, link loops
         reason = getattr(error, "strerror", None) or str(error)
+        too_long = getattr(error, "errno", None) == errno.ENAMETOOLONG
         raise OutputError(
             f"the file cannot be written ({reason})",
             where=str(path),
-            remedy="check the folder's permissions and the free space",
+            remedy="name a shorter one"
+            if too_long
+            else "check the folder's permissions and the free space",
         ) from None
 
 

@@ -13,6 +13,7 @@ from simplifier.geometry.occluder import LodChain, Occluder
 from simplifier.io.claim import Claim, Peek
 from simplifier.io.labels import Labelled
 from simplifier.io.objects import Objects
+from simplifier.io.places import is_folder
 from simplifier.io.suffixes import OCCLUDER_SUFFIXES, QUAD_SUFFIXES
 
 
@@ -241,6 +242,8 @@ def codec_for_reading(path: Path) -> Codec:
     """Raises :class:`UnknownFormatError`, which lists the suffixes that can be read."""
     codec = CODECS.get(path.suffix.lower())
     if codec is None:
+        if is_folder(path):
+            raise UnknownFormatError("this is a folder", where=str(path), remedy="name a mesh file")
         raise UnknownFormatError(
             f"files that end in '{path.suffix}' cannot be read"
             if path.suffix

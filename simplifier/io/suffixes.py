@@ -30,7 +30,7 @@ SUFFIX = ".overrides.toml"
 
 def overrides_place(mesh: Path) -> Path:
     """The file that belongs to a mesh, whether or not it is there."""
-    return mesh.with_suffix(SUFFIX)
+    return mesh.with_suffix(SUFFIX) if mesh.name else mesh / SUFFIX  # a folder may have no name
 
 
 def overrides_beside(mesh: Path) -> Path | None:

@@ -95,8 +95,8 @@ def _changes(options: SimplifyOptions, figure: Figure) -> Mapping[str, Any]:
 
 
 def _most_objects(options: SimplifyOptions) -> int:
-    """Where there are more, twice the budget has no box for each of them."""
-    return 2 * options.budget // _BOX
+    """Where there are more, twice the budget has no box for each of them; one is no scene."""
+    return max(1, 2 * options.budget // _BOX)
 
 
 def _finer(image: int) -> int:

@@ -321,3 +321,17 @@ def test_a_service_that_is_not_there_is_said_asset_by_asset(folder, tmp_path_fac
     done = occluder("build", "--server", "gopher://x", cwd=folder, PYTHONPATH=declared)
     assert done.returncode == 2
     assert "'gopher://x' is not an address of a service; write as in http" in done.stderr
+
+
+@pytest.mark.parametrize("option", ["--json", "--junit", "--markdown"])
+def test_a_report_takes_the_place_of_nothing_that_a_build_reads_or_writes(folder, here, option):
+    """A report took the place of a mesh, and the status was 0."""
+    assert here("build", cwd=folder).returncode == 0
+    before = contents(folder)
+    assert "props/box_occluder.glb" in before
+    for name in (*before, "props/ball.overrides.toml"):
+        done = here("build", option, name, cwd=folder)
+        assert done.returncode == 1, name
+        assert f"error: {name}: this is " in done.stderr
+        assert "name another file for the report" in done.stderr
+    assert contents(folder) == before

@@ -300,7 +300,15 @@ def test_wrong_usage(command, folder, tmp_path, name):
 FAILURES = {
     "missing mesh": (("simplify", "{tmp}/none.obj", "-o", OUT), "none.obj"),
     "unknown format": (("simplify", "{tmp}/mesh.xyz", "-o", OUT), "use one of"),
-    "no suffix": (("simplify", "{tmp}", "-o", OUT), "no suffix"),
+    "no suffix": (("simplify", "{tmp}/mesh", "-o", OUT), "no suffix"),
+    "a folder without a suffix": (("simplify", "{tmp}", "-o", OUT), "this is a folder"),
+    "the root": (("simplify", "/", "-o", OUT), "this is a folder"),
+    "an empty name": (("evaluate", "", BOXES), "this is a folder"),
+    "a device": (("simplify", BOXES, "-o", "/dev/null"), "this is not a folder"),
+    "a report to a device": (
+        ("simplify", BOXES, "-o", OUT, "--report", "/dev/null"), "a folder or a device",
+    ),
+    "too long a name": (("simplify", BOXES, "-o", "{tmp}/" + 300 * "n" + ".glb"), "a shorter one"),
     "damaged": (("simplify", "{tmp}/damaged.glb", "-o", OUT), "damaged.glb"),
     "something else": (("simplify", "{tmp}/really.obj", "-o", OUT), "the suffix says"),
     "no triangles": (("simplify", "{tmp}/points.obj", "-o", OUT), "no triangle"),
@@ -312,6 +320,9 @@ FAILURES = {
     ),
     "pictures into a file": (
         ("simplify", BOXES, "-o", OUT, "--pictures", "{tmp}/points.obj"), "this is not a folder",
+    ),
+    "pictures in place of the occluder": (
+        ("simplify", BOXES, "-o", OUT, "--pictures", OUT), "this is the occluder",
     ),
     "missing occluder": (("evaluate", BOXES, "{tmp}/none.glb"), "none.glb"),
 }  # fmt: skip
@@ -753,3 +764,33 @@ def test_the_mesh_is_not_overwritten_by_its_occluder(here, tmp_path):
     assert done.returncode == 1
     assert "this is the mesh itself" in done.stderr
     assert mesh.read_bytes() == before
+
+
+IN_PLACE = {
+    "a report, of the mesh": ("simplify", "a.obj", "-o", "o.glb", "--report", "a.obj"),
+    "by a link": ("simplify", "a.obj", "-o", "o.glb", "--report", "link.json"),
+    "of the overrides": ("simplify", "a.obj", "-o", "o.glb", "--report", "a.overrides.toml"),
+    "of the occluder": ("simplify", "a.obj", "-o", "b.ply", "--report", "b.ply"),
+    "of a level": ("simplify", "a.obj", "-o", "b.ply", "--lods", "2", "--report", "b_lod1.ply"),
+    "of the mesh that is judged": ("evaluate", "a.obj", "b.ply", "--report", "a.obj"),
+    "of the occluder that is judged": ("evaluate", "a.obj", "b.ply", "--report", "b.ply"),
+    "what is packed, of the scene": ("scene", "a.obj", "-o", "tree", "--packed", "a.obj"),
+    "a report, of the scene": ("pvs", "a.obj", "-o", "a.pvs", "--report", "a.obj"),
+    "of the sets": ("pvs", "a.obj", "-o", "a.pvs", "--report", "a.pvs"),
+}
+
+
+@pytest.mark.parametrize("arguments", IN_PLACE.values(), ids=IN_PLACE)
+def test_nothing_that_is_read_or_written_besides_is_overwritten(
+    command, tmp_path, monkeypatch, arguments
+):
+    """A report took the place of the mesh that it was about, and the status was 0."""
+    for name in ("a.obj", "b.ply"):
+        simplifier.save(as_occluder(box()), tmp_path / name)
+    (tmp_path / "link.json").symlink_to("a.obj")
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    monkeypatch.chdir(tmp_path)
+    status, output, errors = command(*arguments)
+    assert (status, output) == (1, "")
+    assert "name another file" in one_line(errors)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

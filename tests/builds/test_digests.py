@@ -98,6 +98,14 @@ def test_what_is_not_there_has_none(tmp_path):
     assert Digests().of(tmp_path) is None
 
 
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes with names are of Unix")
+def test_what_might_never_end_has_none(tmp_path):
+    """A glTF file that named /dev/zero took all memory, and one that named a pipe never ended."""
+    os.mkfifo(tmp_path / "pipe")
+    assert Digests().of(tmp_path / "pipe") is None
+    assert Digests().of(os.devnull) is None
+
+
 def test_a_pointer_counts_as_the_file_that_it_stands_for(tmp_path):
     path = tmp_path / "a.glb"
     path.write_text(

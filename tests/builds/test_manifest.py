@@ -133,6 +133,7 @@ BAD = {
         "[[asset]]\nfiles=['a.obj', 'b.obj']\noutput='b.obj'", 2, "what another mesh becomes"
     ),
     "an output outside": ("[[asset]]\nfiles='a.obj'\noutput='../x.glb'", 3, "leads out of"),
+    "an output with a NUL": ("[[asset]]\nfiles='a.obj'\noutput=\"\\u0000.glb\"", 3, "a NUL"),
     "an output of no format": ("[[asset]]\nfiles='a.obj'\noutput='x.png'", 3, "does not end as"),
     "an output without a name": ("[[asset]]\nfiles='a.obj'\noutput='x/.glb'", 3, "does not end as"),
     "an unknown field": ("[[asset]]\nfiles='a.obj'\noutput='{nam}.glb'", 3, "has no {nam}"),

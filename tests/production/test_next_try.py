@@ -56,6 +56,9 @@ def test_there_is_nothing_to_try_where_it_is_good_or_all_was_tried():
     [
         ({"ground": True, "up": "z", "seed": 3}, 11, "scene MESH -o OCCLUDER --up z --ground"),
         ({}, 10, "simplify MESH -o OCCLUDER --preset best --budget 128"),
+        ({"budget": 2}, 2, "scene MESH -o OCCLUDER"),
+        # Of one object a scene would have nothing to choose from.
+        ({"budget": 2}, 1, "simplify MESH -o OCCLUDER --budget 4 --preset best"),
         ({"budget": 100}, 16, "simplify MESH -o OCCLUDER --budget 200 --preset best"),
     ],
 )

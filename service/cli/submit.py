@@ -42,7 +42,8 @@ def submit(
     ] = None,
     *,
     form: Annotated[
-        str, typer.Option("--format", help="Of the occluders: glb, obj, ply, stl, off or tres.")
+        str,
+        typer.Option("--format", help="Of the occluders: glb, occ, obj, ply, stl, off or tres."),
     ] = "glb",
     asset: Annotated[
         str | None,

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import Enum, auto
 from io import TextIOWrapper
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from simplifier.cli.progress_lines import ProgressLines
 from simplifier.progress import STAGES, Listener, Progress
@@ -292,7 +292,11 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
 
     for row in rows:
         table.add_row(*(Text(_printable(cell)) for cell in row))
-    # Where no terminal would break long lines, in the log of a CI run, neither does the table.
+    _print_whole(table)
+
+
+def _print_whole(table: Table) -> None:
+    """Where no terminal would break long lines, in the log of a CI run, neither does the table."""
     console = _console()
     _console(width=console.width if console.is_terminal else _UNBROKEN).print(table)
 
@@ -328,7 +332,8 @@ def _print_levels(report: dict[str, Any]) -> None:
     )  # fmt: skip
     for name in names:
         whole = name not in ("level", "error bound")
-        table.add_column(name, justify="left" if name == "verdict" else "right", no_wrap=whole)
+        justify: Literal["left", "right"] = "left" if name == "verdict" else "right"
+        table.add_column(name, justify=justify, no_wrap=whole, overflow="fold")
     starts = [level["switch_distance"] for level in report["levels"]]
     for level in report["levels"]:
         table.add_row(
@@ -337,7 +342,7 @@ def _print_levels(report: dict[str, Any]) -> None:
             percent_at_most(level["overhang"]["share"]), length(level["error_bound"]),
             distance_range(level["level"], starts),
         )  # fmt: skip
-    _console(soft_wrap=True).print(table)
+    _print_whole(table)
     for one in report["left_out"]:
         print_text(f"left out: {one['resolution']:,} voxels: {one['reason']}")
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, cast
@@ -141,11 +141,22 @@ def pvs(
                 warnings = [*read.scene.warnings, *found.warnings]
                 rows = [*_summary_rows(figures, output), *parts_rows(found.pvs)]
                 print_rows(str(output), rows, warnings)
-                then = shlex.join(["occluder", "pvs-check", str(scene), str(output)])
+                words = ["occluder", "pvs-check", str(scene), str(output)]
+                then = shlex.join([*words, *_same_scene(elevation, options)])
                 print_closing(_made(figures, output), _good(figures), then)
                 print_json(figures)
 
     run_guarded(run, debug=debug, quiet=quiet, as_json=as_json)
+
+
+def _same_scene(elevation: ElevationOptions, options: PvsOptions) -> Iterator[str]:
+    """The options that say what the scene is, as they are typed, where one is not as by default."""
+    if elevation.spacing is not None:
+        yield from ("--spacing", ",".join(map(str, elevation.spacing)))
+    if elevation.tile != ElevationOptions().tile:
+        yield from ("--tile", str(elevation.tile))
+    if options.transparent != PvsOptions().transparent:
+        yield from ("--transparent", options.transparent)
 
 
 def _made(figures: Mapping[str, Any], output: Path) -> str:

@@ -27,6 +27,7 @@ from simplifier.cli.running import AsJson, Debug, Quiet, interrupts, run_guarded
 from simplifier.errors import OptionError
 from simplifier.io.files import check_apart, check_folder, read_bytes, write_whole
 from simplifier.options.scene import SceneOptions
+from simplifier.options.simplify import Transparent
 from simplifier.wording import count
 
 
@@ -120,7 +121,9 @@ def scene(
 
             write_whole(packed, read_bytes(output / PACKED_FILE))
         print_rows(str(output), told["rows"], told["warnings"])
-        print_closing(_made(output, told), _NOT_MEASURED, _then(source, output, options))
+        print_closing(
+            _made(output, told), _NOT_MEASURED, _then(source, output, options, transparent)
+        )
         print_json(told["figures"])
 
     run_guarded(run, debug=debug, quiet=quiet, as_json=as_json)
@@ -148,10 +151,11 @@ def _made(output: Path, told: Mapping[str, Any]) -> str:
     return f"{count(made, 'occluder')} in {output}; {kept:,} were current"
 
 
-def _then(source: Path, output: Path, options: SceneOptions) -> str:
+def _then(source: Path, output: Path, options: SceneOptions, transparent: Transparent) -> str:
     """How to find out what they hide."""
     walk = shlex.quote(f"{output}_walk.json")
     scene, folder = shlex.quote(str(source)), shlex.quote(str(output))
     up = "" if options.up == "y" else f" --up {options.up}"
-    measure = f"occluder cull {scene} --occluders {folder} --path {walk} -o {folder}_cull"
-    return f"occluder path {scene} -o {walk}{up} && {measure}"
+    same = "" if transparent == "leave-out" else f" --transparent {transparent}"
+    measure = f"occluder cull {scene} --occluders {folder} --path {walk} -o {folder}_cull{same}"
+    return f"occluder path {scene} -o {walk}{up}{same} && {measure}"

@@ -179,7 +179,7 @@ def _rank(
 
 
 def _share(count: int, whole: int) -> str:
-    return f"{count / max(whole, 1):.1%}"
+    return f"{100.0 * count / max(whole, 1):.1f} %"
 
 
 def _summary_rows(read: Scene, build: Build, packed: int) -> list[tuple[str, str]]:

@@ -142,7 +142,9 @@ def _no_toml(message: str, text: str, file: str, error: type[OccluderError]) -> 
     line = found[1] if found and found[1] else text.rstrip("\n").count("\n") + 1
     what = _AT_LINE.sub("", message)
     return error(
-        f"is no TOML: {what[:1].lower()}{what[1:]}", where=f"{file}:{line}", remedy="correct it"
+        f"this is no TOML: {what[:1].lower()}{what[1:]}",
+        where=f"{file}:{line}",
+        remedy="correct it",
     )
 
 

@@ -64,6 +64,9 @@ def test_levels_by_number(here, mesh, out, tmp_path):
         "lods": 3, "error_bounds": None, "pixel_error": 1.0, "screen_height": 1080, "fov": 60.0,
     }  # fmt: skip
     assert "levels of detail" in done.stdout
+    # In full where no terminal is: "3.6..." tells no error bound.
+    assert "error bound" in done.stdout
+    assert all(length(row["error_bound"]) in done.stdout for row in report["levels"])
     assert f"0 to {length(report['levels'][1]['switch_distance'])}" in done.stdout
     page = (tmp_path / "pictures" / "report.html").read_text()
     assert "Levels of detail" in page

@@ -57,7 +57,8 @@ def test_a_glass_wall_before_a_house_hides_nothing(command, town, tmp_path):
 
 def test_sets_by_the_other_choice_are_of_another_scene(command, town, tmp_path):
     file = tmp_path / "town.pvs"
-    find(command, town, file, "--transparent", "keep")
+    _, told, _ = find(command, town, file, "--transparent", "keep")
+    assert f"next: occluder pvs-check {town} {file} --transparent keep\n" in told
     status, _, errors = command("pvs-check", town, file)
     assert status == 1
     assert "or by another --transparent; find them again with 'occluder pvs'" in errors

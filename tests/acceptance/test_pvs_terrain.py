@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 
 import numpy as np
 import pytest
@@ -50,8 +51,12 @@ def test_a_ridge_hides_the_valley_behind_it(command, tmp_path):
     assert held.visible((100.0, 80.0, 1.0))[~east].mean() > 0.9
     assert not held.visible((600.0, 80.0, 1.0))[~east].all()
 
+    # The command that it names is one that can be run.
+    (then,) = (line for line in told.splitlines() if line.startswith("next: "))
+    words = shlex.split(then)[2:]
+    assert words[:3] == ["pvs-check", str(dem), str(file)]
     looks = ("--cells", "6", "--views", "12", "--pictures", "1")
-    status, told, _ = command("pvs-check", dem, file, *SPACING, "--tile", "8", *looks)
+    status, told, _ = command(*words, *looks)
     assert status == 0
     assert "leaks" in told
 

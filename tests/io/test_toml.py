@@ -120,7 +120,7 @@ def test_lines_end_as_they_do_on_windows_and_a_byte_order_mark_is_passed_over() 
     ],
 )
 def test_what_is_no_toml_is_refused_with_its_line(text: str, line: int) -> None:
-    with pytest.raises(TomlError, match=rf"^f\.toml:{line}: is no TOML: \S") as refused:
+    with pytest.raises(TomlError, match=rf"^f\.toml:{line}: this is no TOML: \S") as refused:
         _table(text)
     assert "(at" not in str(refused.value)
 

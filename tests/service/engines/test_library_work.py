@@ -231,7 +231,7 @@ def test_an_evaluation_tells_what_passes_through_an_open_region(place, ball):
     [
         (b"[[box]]\ncentre = 1\n", "a.overrides.toml", "invalid-overrides",
          "a.overrides.toml:2: there is no key 'centre' in [[box]]"),
-        (b"[[box]\n", None, "invalid-overrides", "overrides.toml:1: is no TOML"),
+        (b"[[box]\n", None, "invalid-overrides", "overrides.toml:1: this is no TOML"),
         (b"\xff", "a.toml", "invalid-overrides", "a.toml:1: is not UTF-8"),
         (b'\n[ignore]\nmeshes = ["flag"]\n', "a.toml", "invalid-overrides", "a.toml:3: "),
         (DRAWN.replace(b"[3.0, 0.0", b"[0.0, 0.5"), "a.toml", "invalid-overrides",

@@ -95,6 +95,16 @@ def short_seconds(time: float) -> str:
     return f"{time:.2f} s" if time < 9.995 else f"{time:.1f} s" if time < 99.95 else f"{time:.0f} s"
 
 
+def duration(time: float) -> str:
+    """``"28.5 s"``, ``"41 minutes"``, ``"3.7 hours"``, ``"62 days"``: for whoever waits."""
+    for least, unit, name in ((172_800.0, 86_400.0, "days"), (7_200.0, 3_600.0, "hours"),
+                              (120.0, 60.0, "minutes")):  # fmt: skip
+        if time >= least:
+            count = time / unit
+            return f"{count:.1f} {name}" if count < 9.95 else f"{count:,.0f} {name}"
+    return f"{time:.3g} s"
+
+
 def length(value: float | None, digits: int = 4) -> str:
     """A length, an area or a volume with that many significant digits; None is "no promise"."""
     if value is None:

@@ -8,6 +8,7 @@ from simplifier.wording import (
     count,
     distance_advice,
     distance_range,
+    duration,
     exact_percent,
     grid_size,
     length,
@@ -146,3 +147,21 @@ def test_a_level_is_used_from_one_distance_to_another(level, starts, words, advi
 )
 def test_a_viewpoint_is_named_as_people_say_it(line_of_sight, up, words):
     assert viewpoint(line_of_sight, up) == words
+
+
+@pytest.mark.parametrize(
+    ("time", "text"),
+    [
+        (0.004, "0.004 s"),
+        (28.46, "28.5 s"),
+        (119.9, "120 s"),
+        (120.0, "2.0 minutes"),
+        (2460.0, "41 minutes"),
+        (7200.0, "2.0 hours"),
+        (13_400.0, "3.7 hours"),
+        (172_800.0, "2.0 days"),
+        (5.37e6, "62 days"),
+    ],
+)
+def test_durations(time, text):
+    assert duration(time) == text

@@ -27,6 +27,7 @@ from simplifier.errors import OptionError
 from simplifier.io.places import followed, is_file, is_there
 from simplifier.options.simplify import Transparent
 from simplifier.options.visibility import SEE_THROUGH_HELP, ElevationOptions, PvsOptions
+from simplifier.wording import duration
 
 if TYPE_CHECKING:
     from simplifier.camera_paths.columns import UprightScene
@@ -194,9 +195,17 @@ def _drawn(upright: UprightScene, found: Found, name: str, seed: int) -> dict[st
     }
 
 
+_LONG = 3600.0  # seconds, after which it is told how to be done sooner
+
+
 def _tell_cost(sight: Sight, cost: Cost) -> None:
     """Before the cells that take most of the time."""
     print_text(f"{_method_words(sight.method, sight.conservative, sight.reason)}: {_words(cost)}")
+    if cost.seconds > _LONG:
+        print_line(
+            f"warning: this will take {duration(cost.seconds)}; larger cells (--cell-size) are"
+            " fewer, and Ctrl-C keeps what is done"
+        )
 
 
 def _method_words(method: str, conservative: bool, reason: str) -> str:
@@ -204,7 +213,7 @@ def _method_words(method: str, conservative: bool, reason: str) -> str:
 
 
 def _words(cost: Cost) -> str:
-    return f"{1e3 * cost.seconds_a_cell:.3g} ms a cell, {cost.seconds:.3g} s in all"
+    return f"{1e3 * cost.seconds_a_cell:.3g} ms a cell, {duration(cost.seconds)} in all"
 
 
 def _write(folder: Path, files: Mapping[str, bytes]) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import simplifier
+from simplifier.cli import pvs
 
 SPACING = ("--spacing", "10,10")
 
@@ -123,3 +124,15 @@ def test_meshes_have_no_spacing(command, tmp_path):
     status, _, errors = command("pvs", mesh, "-o", tmp_path / "one.pvs", *SPACING)
     assert status == 2
     assert "a scene of meshes has none" in errors
+
+
+def test_hours_are_foretold_with_what_makes_them_fewer(command, tmp_path, monkeypatch):
+    """Of a terrain in cells of ten metres it was told in seconds, as a power of ten."""
+    dem, file = ridge(tmp_path, rows=17), tmp_path / "ridge.pvs"
+    run = ("pvs", dem, "-o", file, *SPACING, "--cell-size", "40")
+    assert command(*run)[2] == ""
+    monkeypatch.setattr(pvs, "_LONG", 0.0)
+    file.unlink()
+    status, _, errors = command(*run)
+    assert status == 0
+    assert "larger cells (--cell-size) are fewer" in errors

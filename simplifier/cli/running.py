@@ -14,7 +14,7 @@ import sys
 import threading
 import traceback
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Annotated
 
@@ -144,6 +144,8 @@ def interrupts() -> Iterator[Interrupts]:
 
 def _quit() -> None:
     """End the process here, whatever other threads do; a progress bar may have hid the cursor."""
-    if sys.stderr.isatty():
-        os.write(2, b"\r\x1b[2K\x1b[?25h")
+    with suppress(OSError, ValueError):  # nobody reads any more, or it is closed
+        if sys.stderr.isatty():
+            os.write(2, b"\r\x1b[2K\x1b[?25h")
+        os.write(2, b"error: interrupted twice; ended at once\n")
     os._exit(INTERRUPTED)

@@ -25,7 +25,8 @@ with interrupts() as listening:
 
 
 def said(code, signals):
-    """Exit status and words of code that says "ready", and then gets so many signals."""
+    """Exit status and words of code that says "ready", and then gets so many signals; one that is
+    ended by them says so in a line."""
     with subprocess.Popen(
         [sys.executable, "-c", HEAD + code], stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         env=environment(), text=True,
@@ -35,6 +36,8 @@ def said(code, signals):
             process.send_signal(signal.SIGINT)
             time.sleep(0.1)  # two at once count as one
         words = process.stdout.read().split()
+        line = "error: interrupted twice; ended at once\n"
+        assert process.stderr.read() == (line if process.wait() == 130 else "")
     return process.returncode, words
 
 

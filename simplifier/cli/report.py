@@ -106,8 +106,8 @@ def check_extras(
                 remedy=f"write --report {report.stem}.json, or --pictures FOLDER for a page",
             )
     if pictures is not None:
-        check_apart(pictures, "the pictures", others)
         if is_there(pictures) and not is_folder(pictures):
             raise OutputError(
                 "this is not a folder", where=str(pictures), remedy="name one for the pictures"
             )
+        check_apart(pictures, "the pictures", others)

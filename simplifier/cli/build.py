@@ -108,11 +108,10 @@ def build(
         part = None if shard is None else read_shard(shard)
         if join:
             _check_alone(check=check, shard=shard, server=server, at_once=at_once)
+        for file in reports:
+            check_folder(file)
         if reports:
-            others = [*files_of_plan(manifest)]
-            for file in reports:
-                check_folder(file)
-                check_apart(file, "the report", others)
+            check_apart(reports, "the report", files_of_plan(manifest))
         name = manifest.name if part is None else f"{manifest.name} (shard {part})"
         before = {} if against is None else baseline(against, manifest)
         with interrupts() as listening:

@@ -59,4 +59,4 @@ def path(
 def check_output(scene: Path, output: Path, what: str) -> None:
     """Raise :class:`OutputError` where ``what`` cannot be written, or would replace the scene."""
     check_folder(output)
-    check_apart(output, what, [(scene, "the scene itself")])
+    check_apart([output], what, [(scene, "the scene itself")])

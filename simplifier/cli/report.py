@@ -98,7 +98,7 @@ def check_extras(
     """
     if report is not None:
         check_folder(report)
-        check_apart(report, "the report", others)
+        check_apart([report], "the report", others)
         if report.suffix.lower() in _PAGES:
             raise OptionError(
                 "a report is JSON, and no page",
@@ -110,4 +110,4 @@ def check_extras(
             raise OutputError(
                 "this is not a folder", where=str(pictures), remedy="name one for the pictures"
             )
-        check_apart(pictures, "the pictures", others)
+        check_apart([pictures], "the pictures", others)

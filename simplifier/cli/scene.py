@@ -96,7 +96,7 @@ def scene(
         options = read_options(SceneOptions, chosen)
         if packed is not None:
             check_folder(packed)  # now, not when all is made
-            check_apart(packed, "what is packed", [(source, "the scene itself")])
+            check_apart([packed], "the packed tree", [(source, "the scene itself")])
         if path is not None and frame_triangles is None:
             raise OptionError(
                 "a path is for ranking", where="--path", remedy="give --frame-triangles, too"

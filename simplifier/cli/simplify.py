@@ -282,4 +282,4 @@ def _check_distinct(mesh: Path, output: Path, report: Path | None, *, levels: bo
             where=str(report),
             remedy="name another file for the report",
         )
-    check_apart(output, "the occluder", [(mesh, "the mesh itself")])
+    check_apart([output], "the occluder", [(mesh, "the mesh itself")])

@@ -35,15 +35,16 @@ def _check_replaceable(path: Path) -> None:
         raise OutputError("this is a folder or a device", where=str(path), remedy="name a file")
 
 
-def check_apart(path: Path, purpose: str, others: Iterable[tuple[Path, str]]) -> None:
-    """Raise :class:`OutputError` where ``path`` is one of some ``others``, by a link or not: what
-    is read or written besides is not to be lost by a slip of the keyboard.
+def check_apart(paths: Iterable[Path], purpose: str, others: Iterable[tuple[Path, str]]) -> None:
+    """Raise :class:`OutputError` where one of some ``paths`` is one of some ``others``, by a link
+    or not: what is read or written besides is not to be lost by a slip of the keyboard.
 
     ``purpose``  what is to be written, as "the report"; with each other what it is.
     """
-    place = followed(path)
+    places = {followed(path): path for path in paths}
     for other, what in others:
-        if followed(other) == place:
+        path = places.get(followed(other))
+        if path is not None:
             raise OutputError(
                 f"this is {what}", where=str(path), remedy=f"name another file for {purpose}"
             )

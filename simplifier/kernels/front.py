@@ -35,8 +35,8 @@ _SIDE, _PICTURES = 128, 256
 
 LEAST_FACES = 1 << 13
 """Triangles of a mesh whose front is counted by contours.  A smaller mesh would gain less than a
-tenth of a second, and the kernels for it take two seconds to compile.  In others so many are drawn
-at a time."""
+tenth of a second, and the kernels for it take two seconds to compile.  What is not counted by
+contours is listed so many triangles at a time."""
 
 
 def load_for(faces: int) -> None:

@@ -5,13 +5,15 @@ VoxelGrid: a solid in cubic cells, and the map between grid space and the world.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.errors import MeshError
+from simplifier.geometry.bit_grid import BitGrid
 from simplifier.geometry.mesh import FloatArray
 
 
@@ -58,12 +60,12 @@ class Solid:
         """What is inside without touching a triangle, as finely as it is known."""
         if self.inner is not None:
             return self.inner
-        return self.filled.with_inside(self.filled.inside & ~self.touched.inside)
+        return self.filled.with_inside(self.filled.bits - self.touched.bits)
 
     @property
     def inside_fraction(self) -> float:
         """Share of the grid's voxels that the solid holds."""
-        return self.filled.count / self.filled.inside.size
+        return self.filled.count / math.prod(self.filled.shape)
 
     @property
     def enclosed_fraction(self) -> float:
@@ -84,37 +86,49 @@ BoolArray = NDArray[np.bool_]
 _SMALLEST_CELL = 1e-290  # world units; below, float64 loses digits and its reciprocal overflows
 
 
-@dataclass(frozen=True, eq=False)
 class VoxelGrid:
     """Cubic voxels over the bounding box of a mesh.
 
-    ``inside``     (nx, ny, nz) bool, C order: which voxels belong to the solid; read-only.
+    ``solid``      which voxels belong to the solid, as (nx, ny, nz) bool, C order, or as bits.
     ``origin``     (3,) float64: the grid's lowest corner, world units.
     ``cell_size``  edge of a voxel, world units.
 
     Voxel (i, j, k) is the cube from (i, j, k) to (i+1, j+1, k+1) in grid space.
     """
 
-    inside: BoolArray
-    origin: FloatArray
-    cell_size: float
+    def __init__(self, solid: BoolArray | BitGrid, origin: FloatArray, cell_size: float) -> None:
+        if not isinstance(solid, BitGrid):
+            solid.setflags(write=False)
+        self._solid = solid
+        self.origin = origin
+        self.cell_size = cell_size
+        nx, ny, nz = solid.shape
+        self.shape: tuple[int, int, int] = (nx, ny, nz)
 
-    def __post_init__(self) -> None:
-        self.inside.setflags(write=False)
+    @cached_property
+    def inside(self) -> BoolArray:
+        """(nx, ny, nz) bool, C order; read-only."""
+        solid = self._solid
+        if not isinstance(solid, BitGrid):
+            return solid
+        inside = solid.voxels
+        inside.setflags(write=False)
+        return inside
 
-    @property
-    def shape(self) -> tuple[int, int, int]:
-        nx, ny, nz = self.inside.shape
-        return nx, ny, nz
+    @cached_property
+    def bits(self) -> BitGrid:
+        """The same as bits, which steps over a whole grid take."""
+        solid = self._solid
+        return solid if isinstance(solid, BitGrid) else BitGrid.of(solid)
 
-    @property
+    @cached_property
     def count(self) -> int:
         """Number of voxels of the solid."""
-        return int(np.count_nonzero(self.inside))
+        return self.bits.count
 
-    def with_inside(self, inside: BoolArray) -> VoxelGrid:
+    def with_inside(self, solid: BoolArray | BitGrid) -> VoxelGrid:
         """The same grid with another solid in it."""
-        return replace(self, inside=inside)
+        return VoxelGrid(solid, self.origin, self.cell_size)
 
     def to_world(self, points: FloatArray) -> FloatArray:
         """Grid space (…, 3) to world units."""

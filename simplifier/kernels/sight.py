@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from simplifier.kernels.bit_image import lowest_one
 from simplifier.kernels.compiled.kernel import inline_kernel, inner_kernel, kernel
 
 PHASES = 8
@@ -177,17 +178,34 @@ def _set_around(needed, pixel, size, value):
         needed[near - 1], needed[near], needed[near + 1] = value, value, value
 
 
-@kernel("bool[:, :, :], int64[:], int64, int64, int16[:, :]")
-def list_voxels(marked, firsts, begin, end, places):
-    """Fill ``places`` (n, 3) int16 with the voxels that are ``marked`` (nx, ny, nz), in order, from
-    the layers ``begin:end``; those of layer i begin at ``firsts[i]``."""
+@kernel("uint64[:, :, :], int64[:], int64, int64, int16[:, :]")
+def list_voxels(words, firsts, begin, end, places):
+    """Fill ``places`` (n, 3) int16 with the voxels that are set, in order, from the layers
+    ``begin:end``; those of layer i begin at ``firsts[i]``.
+
+    ``words``  (nx, ny, nw) uint64: bit z % 64 of word z // 64 is voxel z.
+    """
     for i in range(begin, end):
         place = firsts[i]
-        for j in range(marked.shape[1]):
-            for k in range(marked.shape[2]):
-                if marked[i, j, k]:
-                    places[place, 0], places[place, 1], places[place, 2] = i, j, k
+        for j in range(words.shape[1]):
+            for word in range(words.shape[2]):
+                left = words[i, j, word]
+                while left != 0:
+                    lowest, bit = lowest_one(left)
+                    left ^= lowest
+                    places[place, 0], places[place, 1] = i, j
+                    places[place, 2] = 64 * word + bit
                     place += 1
+
+
+@kernel("int16[:, :], int64[:], uint64[:, :, :]")
+def set_voxels(places, live, words):
+    """Set the candidates that are left, as :func:`count_sight` leaves them, in ``words`` as of
+    :func:`list_voxels`."""
+    for block in range(len(live)):
+        for one in range(block * BLOCK, block * BLOCK + live[block]):
+            x, y, z = places[one, 0], places[one, 1], places[one, 2]
+            words[x, y, z // 64] |= np.uint64(1) << np.uint64(z % 64)
 
 
 @kernel(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.geometry.bit_grid import BitGrid
 from simplifier.geometry.mesh import FloatArray, Reach, TriangleMesh
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.scene import Scene
@@ -50,12 +51,14 @@ def solidify(
         if options.by_sight and (is_open or not options.wholly_inside):
             enclosed = filled
             up = "xyz".index(options.up) if options.viewers == "above" else None
-            filled = fill_unseen(touched, enclosed, options.tolerance, up)
+            filled = fill_unseen(touched, enclosed, options.tolerance, up, watch.steps("fill"))
             if (added := filled.count - enclosed.count) > 0:
                 closed_by = (*closed_by, Closing("sight", added))
-        free = filled.inside & ~touched.inside
-        seen = seen_from(touched.inside, free, touched.to_grid(_eyes(mesh, options, overrides)))
-        filled, opened = filled.with_inside(filled.inside & ~seen), int(np.count_nonzero(seen))
+        eyes, opened = touched.to_grid(_eyes(mesh, options, overrides)), 0
+        if len(eyes) > 0:
+            free = (filled.bits - touched.bits).voxels
+            seen = BitGrid.of(seen_from(touched.inside, free, eyes))
+            filled, opened = filled.with_inside(filled.bits - seen), seen.count
         if not options.wholly_inside:
             hidden_in, reach = open_regions(filled, regions), 0 if options.glue else 1
             return Solid(

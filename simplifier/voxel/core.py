@@ -43,7 +43,7 @@ def core(
                       closed side is not wholly inside.
     ``closed_sides``  as in :func:`~simplifier.voxel.fill.fill`; low ends only.
     """
-    enclosed = filled.inside & ~touched.inside
+    enclosed = (filled.bits - touched.bits).voxels
     if shrink > 0.0:
         radius = min(shrink, float(sum(touched.shape)))  # no voxel is deeper; squares stay finite
         least = math.ceil(4.0 * radius * radius * (1.0 - _SLACK))  # in half voxels
@@ -56,7 +56,7 @@ def core(
 
 def deepest(touched: VoxelGrid, filled: VoxelGrid, closed_sides: frozenset[Side]) -> float:
     """The largest ``shrink``, voxels, that leaves :func:`core` a voxel; 0 when none is enclosed."""
-    enclosed = filled.inside & ~touched.inside
+    enclosed = (filled.bits - touched.bits).voxels
     depths = _squared_depths(enclosed, closed_sides)[enclosed]
     return math.sqrt(float(depths.max(initial=0))) / 2.0
 

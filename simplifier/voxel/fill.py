@@ -11,10 +11,11 @@ The closing of mathematical morphology (J. Serra, "Image Analysis and Mathematic
 from __future__ import annotations
 
 import math
+from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simplifier.geometry.bit_grid import BitGrid
 from simplifier.geometry.solid import BoolArray, Closing, VoxelGrid
 from simplifier.kernels.fill import flood
 from simplifier.kernels.morphology import squared_distances
@@ -33,34 +34,24 @@ def fill(touched: VoxelGrid, closed_sides: frozenset[Side] = frozenset()) -> Vox
     The 6-connected components of the free voxels that reach an open side are outside; all else is
     inside.
     """
-    free = ~touched.inside
-    reached = _pack(_seeds(free, closed_sides))
-    flood(_pack(free), reached)
-    return touched.with_inside(~_unpack(reached, touched.shape[2]))
+    free = ~touched.bits
+    reached = _seeds(free, closed_sides)
+    flood(free.words, reached.words)
+    return touched.with_inside(~reached)
 
 
-def _seeds(free: BoolArray, closed_sides: frozenset[Side]) -> BoolArray:
-    seeds = np.zeros_like(free)
-    for axis in range(3):
-        for end in (0, -1):
-            if (axis, end) not in closed_sides:
-                border = tuple(end if i == axis else slice(None) for i in range(3))
-                seeds[border] = free[border]
+def _seeds(free: BitGrid, closed_sides: frozenset[Side]) -> BitGrid:
+    seeds = BitGrid.empty(free.shape)
+    for axis, end in product(range(3), (0, -1)):
+        if (axis, end) in closed_sides:
+            continue
+        if axis < 2:
+            border = (slice(None),) * axis + (end,)
+            seeds.words[border] = free.words[border]
+        else:
+            word, bit = divmod(end % free.depth, 64)
+            seeds.words[:, :, word] |= free.words[:, :, word] & (np.uint64(1) << np.uint64(bit))
     return seeds
-
-
-def _pack(voxels: BoolArray) -> NDArray[np.uint64]:
-    """(nx, ny, nz) bool to (nx, ny, words) uint64, bit z % 64 of word z // 64."""
-    words = -(-voxels.shape[2] // 64)
-    octets = np.packbits(voxels, axis=2, bitorder="little")
-    padded = np.zeros((*voxels.shape[:2], words * 8), dtype=np.uint8)
-    padded[:, :, : octets.shape[2]] = octets
-    return padded.view("<u8").astype(np.uint64, copy=False)
-
-
-def _unpack(bits: NDArray[np.uint64], depth: int) -> BoolArray:
-    octets = bits.astype("<u8", copy=False).view(np.uint8)
-    return np.unpackbits(octets, axis=2, count=depth, bitorder="little").view(np.bool_)
 
 
 def enclose(
@@ -78,7 +69,7 @@ def enclose(
         filled = grounded
     if smallest_hole > 0.0:
         closed = close_holes(touched, smallest_hole, closed_sides)
-        joined = filled.with_inside(filled.inside | closed.inside)
+        joined = filled.with_inside(filled.bits | closed.bits)
         closings.append(Closing("smallest_hole", joined.count - filled.count))
         filled = joined
     return filled, tuple(closings)

@@ -70,7 +70,7 @@ def leak_warning(
 ) -> str:
     """What to say of voxels that leak; arguments as of :func:`remedies`."""
     helps = [remedy.advice for remedy in remedies(touched, filled, closed_sides, smallest_hole)]
-    voxels = max(touched.inside.shape)
+    voxels = max(touched.shape)
     what = (
         f"the mesh is not watertight at {voxels} voxels,"
         " so only its surface hides, and not what it seems to enclose"
@@ -92,7 +92,8 @@ def remedies(
     smaller one does, so the largest tells whether any helps.  Costs up to six floods and three
     closings.
     """
-    least = _MUCH * hollow_count(touched) / touched.inside.size
+    size = math.prod(touched.shape)
+    least = _MUCH * hollow_count(touched) / size
 
     def tried(side: Side | None, hole: float) -> Remedy:
         """``hole`` in world units; 0 for the one that was tried."""
@@ -100,7 +101,7 @@ def remedies(
         closed, _ = enclose(
             touched, sides, touched.in_voxels(hole) if hole > 0.0 else smallest_hole
         )
-        return Remedy(side, hole, (closed.count - filled.count) / touched.inside.size)
+        return Remedy(side, hole, (closed.count - filled.count) / size)
 
     sides = [side for side in product(range(3), (0, -1)) if side not in closed_sides]
     holes = list(_holes(touched, smallest_hole))

@@ -12,10 +12,12 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import permutations, product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.geometry.bit_grid import BitGrid
 from simplifier.geometry.mesh import FloatArray
 from simplifier.geometry.solid import BoolArray, VoxelGrid
 from simplifier.kernels.sight import (
@@ -27,8 +29,10 @@ from simplifier.kernels.sight import (
     list_voxels,
     mark_seen,
     picture_size,
+    set_voxels,
 )
 from simplifier.kernels.threads import run_chunks
+from simplifier.progress import TellShare, silent
 from simplifier.voxel.morphology import with_neighbours
 
 _SPREAD = np.array(
@@ -51,11 +55,16 @@ Places = NDArray[np.int16]
 _AT_ONCE = 8  # lines of sight between two looks at which voxels need more
 _FEW = 2  # times fewer voxels than hide: then only what lies behind or before them is drawn
 _PLAIN = 96  # voxels along the longest edge up to which every voxel is looked at
+_ONE, _TOP = np.uint64(1), np.uint64(63)
 _CELL = 4  # voxels a side of the cells that finer grids are looked at in first
 
 
 def fill_unseen(
-    touched: VoxelGrid, enclosed: VoxelGrid, tolerance: float, up: int | None = None
+    touched: VoxelGrid,
+    enclosed: VoxelGrid,
+    tolerance: float,
+    up: int | None = None,
+    tell: TellShare = silent,
 ) -> VoxelGrid:
     """Add the free voxels that are seen from at most a share of all directions.
 
@@ -67,31 +76,37 @@ def fill_unseen(
     A voxel is seen from a direction when no touched voxel lies before its centre there.  In grids
     of more than 96 voxels those that are away from the surface are judged by cells of 4 x 4 x 4.
     """
-    hidden = unseen(touched.inside, tolerance, up, enclosed.inside)
-    hidden |= enclosed.inside
-    return touched.with_inside(hidden)
+    hidden = unseen(touched.bits, tolerance, up, enclosed.bits, tell)
+    return touched.with_inside(enclosed.bits | hidden)
 
 
 def unseen(
-    touched: BoolArray, tolerance: float, up: int | None = None, known: BoolArray | None = None
-) -> BoolArray:
-    """(nx, ny, nz) bool: the voxels that are neither touched nor known, and hardly seen."""
+    touched: BitGrid,
+    tolerance: float,
+    up: int | None = None,
+    known: BitGrid | None = None,
+    tell: TellShare = silent,
+) -> BitGrid:
+    """The voxels that are neither touched nor known, and hardly seen."""
     free = ~touched if known is None else ~(touched | known)
     if max(touched.shape) <= _PLAIN:
-        return few_see(touched, free, tolerance, up)
+        return few_see(touched, free, tolerance, up, tell)
     cells = _joined(touched, _CELL)
-    judged = unseen(cells, tolerance, up)
+    judged = unseen(BitGrid.of(cells), tolerance, up).voxels
     near = with_neighbours(cells)
     hidden = _parted(judged & ~near, _CELL, touched.shape) & free
-    free &= _parted(near, _CELL, touched.shape)
-    hidden |= few_see(touched, free, tolerance, up)
-    return hidden
+    looked_at = _parted(near, _CELL, touched.shape) & free
+    return hidden | few_see(touched, looked_at, tolerance, up, tell)
 
 
 def few_see(
-    touched: BoolArray, free: BoolArray, tolerance: float, up: int | None = None
-) -> BoolArray:
-    """(nx, ny, nz) bool: the ``free`` voxels that are seen from at most that share of directions.
+    touched: BitGrid,
+    free: BitGrid,
+    tolerance: float,
+    up: int | None = None,
+    tell: TellShare = silent,
+) -> BitGrid:
+    """The ``free`` voxels that are seen from at most that share of directions.
 
     ``free``  the voxels to judge, none of them ``touched``.
     """
@@ -99,8 +114,7 @@ def few_see(
     limit = int(np.floor(tolerance * int(senses.sum()) * (1.0 + 1e-9)))
     places = _listed(free)
     seen = np.zeros(len(places), dtype=np.uint16)
-    live = np.full(-(-len(places) // BLOCK), BLOCK)
-    live[-1:] -= BLOCK * len(live) - len(places)
+    live = _whole_blocks(len(places))
     voxels = np.ascontiguousarray(_shell(touched).T)
     size = picture_size(touched.shape)
     depths = np.empty((_AT_ONCE, size, size, 2), dtype=np.float32)
@@ -117,13 +131,23 @@ def few_see(
         run_chunks(draw, len(some))
         run_chunks(count, len(live))
         first += len(some)
-    left = (np.arange(BLOCK) < live[:, None]).ravel()[: len(places)]
-    hidden = np.zeros(touched.shape, dtype=np.bool_)
-    few = _still_hidden(
-        voxels, places[left], seen[left], frames[first:], senses[first:], limit, size
-    )
-    hidden[tuple(few.T)] = True
+        tell(first / len(frames))
+    if first < len(frames):
+        left = (np.arange(BLOCK) < live[:, None]).ravel()[: len(places)]
+        places = _still_hidden(
+            voxels, places[left], seen[left], frames[first:], senses[first:], limit, size
+        )
+        live = _whole_blocks(len(places))
+    hidden = BitGrid.empty(touched.shape)
+    set_voxels(places, live, hidden.words)
     return hidden
+
+
+def _whole_blocks(count: int) -> NDArray[np.int64]:
+    """How many of so many candidates each block has."""
+    live = np.full(-(-count // BLOCK), BLOCK)
+    live[-1:] -= BLOCK * len(live) - count
+    return live
 
 
 def _still_hidden(
@@ -172,9 +196,9 @@ def seen_from(touched: BoolArray, candidates: BoolArray, eyes: FloatArray) -> Bo
         return np.zeros_like(touched)
     size = -(-max(touched.shape) // _PLAIN)
     if size > 1:
-        cells = _joined(touched, size)
-        seen = seen_from(cells, _joined(candidates, size) & ~cells, eyes / size)
-        seen = _parted(seen, size, touched.shape) & candidates
+        free, cells = BitGrid.of(candidates), _joined(BitGrid.of(touched), size)
+        seen = seen_from(cells, _joined(free, size) & ~cells, eyes / size)
+        seen = (_parted(seen, size, touched.shape) & free).voxels
         for _ in range(size):
             seen = with_neighbours(seen) & candidates
         return seen
@@ -221,38 +245,50 @@ def _turns() -> list[FloatArray]:
     return matrices
 
 
-def _shell(touched: BoolArray) -> Places:
+def _shell(touched: BitGrid) -> Places:
     """(n, 3) the touched voxels that are not walled in by others on all six sides."""
-    walled = touched.copy()
-    for axis in range(3):
-        ahead = tuple(slice(1, None) if i == axis else slice(None) for i in range(3))
-        behind = tuple(slice(None, -1) if i == axis else slice(None) for i in range(3))
-        ends = tuple([0, -1] if i == axis else slice(None) for i in range(3))
-        walled[ahead] &= touched[behind]
-        walled[behind] &= touched[ahead]
-        walled[ends] = False
-    return _listed(touched & ~walled)
+    words = touched.words
+    walled = words.copy()
+    for ahead, behind in ((np.s_[1:], np.s_[:-1]), (np.s_[:, 1:], np.s_[:, :-1])):
+        walled[ahead] &= words[behind]
+        walled[behind] &= words[ahead]
+    walled[0], walled[-1], walled[:, 0], walled[:, -1] = 0, 0, 0, 0
+    below, above = words << _ONE, words >> _ONE
+    below[:, :, 1:] |= words[:, :, :-1] >> _TOP
+    above[:, :, :-1] |= words[:, :, 1:] << _TOP
+    walled &= below & above
+    return _listed(BitGrid(words & ~walled, touched.depth))
 
 
-def _listed(marked: BoolArray) -> Places:
-    """(n, 3) the voxels that are marked, in order."""
-    ends = np.cumsum([np.count_nonzero(layer) for layer in marked])
+def _listed(marked: BitGrid) -> Places:
+    """(n, 3) the voxels that are set, in order."""
+    words = marked.words
+    ends = np.cumsum(np.bitwise_count(words).sum(axis=(1, 2), dtype=np.int64))
     firsts, places = np.concatenate([[0], ends]), np.empty((ends[-1], 3), dtype=np.int16)
-    run_chunks(lambda begin, end: list_voxels(marked, firsts, begin, end, places), len(marked))
+    run_chunks(lambda begin, end: list_voxels(words, firsts, begin, end, places), len(words))
     return places
 
 
-def _joined(touched: BoolArray, size: int) -> BoolArray:
+def _joined(touched: BitGrid, size: int) -> BoolArray:
     """Cells of ``size`` voxels a side: whether any of theirs is touched."""
-    cells = np.pad(touched, [(0, -length % size) for length in touched.shape])
-    for axis in range(3):
-        parts = (*cells.shape[:axis], -1, size, *cells.shape[axis + 1 :])
-        cells = np.logical_or.reduce(cells.reshape(parts), axis=axis + 1)
-    return cells
+    words = _or_each(_or_each(touched.words, size, 0), size, 1)
+    return _or_each(BitGrid(words, touched.depth).voxels, size, 2)
 
 
-def _parted(cells: BoolArray, size: int, shape: tuple[int, ...]) -> BoolArray:
+def _or_each(values: NDArray[Any], size: int, axis: int) -> NDArray[Any]:
+    """Values along an axis, each ``size`` of them joined; the last of these may be fewer."""
+    turned = values.swapaxes(0, axis)
+    joined = turned[::size].copy()
+    for first in range(1, size):
+        part = turned[first::size]
+        joined[: len(part)] |= part
+    return np.ascontiguousarray(joined.swapaxes(0, axis))
+
+
+def _parted(cells: BoolArray, size: int, shape: tuple[int, int, int]) -> BitGrid:
     """Each voxel as its cell."""
-    for axis in range(3):
-        cells = cells.repeat(size, axis=axis)
-    return cells[tuple(slice(length) for length in shape)]
+    nx, ny, nz = shape
+    words = BitGrid.of(cells.repeat(size, axis=2)[:, :, :nz]).words
+    for axis in range(2):
+        words = words.repeat(size, axis=axis)
+    return BitGrid(words[:nx, :ny], nz)

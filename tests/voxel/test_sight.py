@@ -8,9 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 
+from simplifier.errors import CancelledError
+from simplifier.geometry.bit_grid import BitGrid
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.solid import VoxelGrid
-from simplifier.kernels.sight import count_few, draw_voxels, picture_size
+from simplifier.kernels.sight import (
+    BLOCK,
+    count_few,
+    draw_voxels,
+    list_voxels,
+    picture_size,
+    set_voxels,
+)
 from simplifier.voxel import sight
 from simplifier.voxel.fill import fill
 from simplifier.voxel.sight import few_see, fill_unseen, lines_of_sight, unseen
@@ -34,6 +43,15 @@ def inner(size, wall=1):
     inside = np.zeros((size + 4,) * 3, dtype=np.bool_)
     inside[2 + wall : -2 - wall, 2 + wall : -2 - wall, 2 + wall : -2 - wall] = True
     return inside
+
+
+def few_of(touched, free, tolerance, up=None):
+    """As booleans."""
+    return few_see(BitGrid.of(touched), BitGrid.of(free), tolerance, up).voxels
+
+
+def unseen_of(touched, tolerance):
+    return unseen(BitGrid.of(touched), tolerance).voxels
 
 
 def listed(marked):
@@ -79,7 +97,7 @@ def test_random_voxels_are_seen_as_lines_that_are_followed_see_them(shape, densi
     touched = np.random.default_rng(seed).random(shape) < density
     wanted, at_least = shares_seen(touched, up), shares_seen(touched, up, LARGER)
     for tolerance in (0.0, 0.1, 0.5, 0.9):
-        found = few_see(touched, ~touched, tolerance, up)
+        found = few_of(touched, ~touched, tolerance, up)
         assert not (found & touched).any()
         assert not (~found & ~touched & (wanted <= tolerance)).any()
         assert not (found & (at_least > tolerance)).any()
@@ -107,8 +125,8 @@ def test_candidates_are_judged_each_by_itself(count):
     touched[4:9, 10, 2:4] = False  # a hole, so that some of the inside is seen
     first = np.zeros(touched.shape, dtype=np.bool_)
     first.ravel()[np.flatnonzero(~touched)[:count]] = True
-    among_all = few_see(touched, ~touched, 0.1)
-    assert np.array_equal(few_see(touched, first, 0.1), among_all & first)
+    among_all = few_of(touched, ~touched, 0.1)
+    assert np.array_equal(few_of(touched, first, 0.1), among_all & first)
     assert 1000 < np.count_nonzero(among_all) < np.count_nonzero(~touched) - 1000
 
 
@@ -167,7 +185,7 @@ def test_nothing_is_drawn_when_all_are_seen(monkeypatch):
     drawn = []
     monkeypatch.setattr(sight, "draw_voxels", lambda *arguments: drawn.append(arguments))
     touched = np.zeros((9, 9, 9), dtype=np.bool_)
-    assert not few_see(touched, touched, 0.1).any()
+    assert not few_of(touched, touched, 0.1).any()
     assert drawn == []
 
 
@@ -235,8 +253,8 @@ def test_it_follows_quarter_turns_and_mirrors(shape, seed, order, mirrored):
     touched = np.random.default_rng(seed).random(shape) < 0.15
     flips = tuple(slice(None, None, -1) if one else slice(None) for one in mirrored)
     turned = np.ascontiguousarray(touched.transpose(order)[flips])
-    found = unseen(touched, 0.1)
-    assert np.array_equal(unseen(turned, 0.1), found.transpose(order)[flips])
+    found = unseen_of(touched, 0.1)
+    assert np.array_equal(unseen_of(turned, 0.1), found.transpose(order)[flips])
 
 
 @settings(max_examples=15)
@@ -260,3 +278,45 @@ def test_finer_grids_find_what_coarse_ones_do():
         shares.append(fill_unseen(touched, fill(touched), 0.1).count / touched.inside.size)
     assert max(shares) - min(shares) < 0.06
     assert min(shares) > 0.45
+
+
+@settings(max_examples=50)
+@given(
+    st.tuples(*2 * [st.integers(1, 9)], st.integers(1, 200)), st.floats(0.0, 1.0),
+    st.integers(0, 999),
+)  # fmt: skip
+def test_voxels_are_listed_and_set_as_they_are(shape, density, seed):
+    marked = np.random.default_rng(seed).random(shape) < density
+    grid, layers = BitGrid.of(marked), np.count_nonzero(marked, axis=(1, 2))
+    firsts = np.concatenate([[0], np.cumsum(layers)])
+    places = np.full((firsts[-1], 3), -1, dtype=np.int16)
+    for begin, end in ((len(marked) // 2, len(marked)), (0, len(marked) // 2)):
+        list_voxels(grid.words, firsts, begin, end, places)
+    assert np.array_equal(places, np.argwhere(marked))
+    again = BitGrid.empty(shape)
+    live = np.full(-(-len(places) // BLOCK), BLOCK)
+    live[-1:] -= BLOCK * len(live) - len(places)
+    set_voxels(places, live, again.words)
+    assert np.array_equal(again.voxels, marked)
+
+
+def test_what_was_taken_out_of_its_block_is_not_set():
+    places = np.zeros((BLOCK + 2, 3), dtype=np.int16)
+    places[:, 2] = np.arange(BLOCK + 2)
+    hidden = BitGrid.empty((1, 1, BLOCK + 2))
+    set_voxels(places, np.array([3, 1]), hidden.words)
+    assert np.flatnonzero(hidden.voxels).tolist() == [0, 1, 2, BLOCK]
+
+
+@pytest.mark.parametrize("size", [20, 99])
+def test_it_tells_how_far_it_is_and_ends_when_it_is_told_to(size):
+    touched, shares = grid_of(box(size)), []
+    fill_unseen(touched, touched, 0.1, tell=shares.append)
+    assert shares == sorted(shares)
+    assert 0.0 < shares[0] < shares[-1] <= 1.0
+
+    def stop(share):
+        raise CancelledError(f"at {share:g}")
+
+    with pytest.raises(CancelledError, match=f"at {shares[0]:g}"):
+        fill_unseen(touched, touched, 0.1, tell=stop)

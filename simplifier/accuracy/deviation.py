@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simplifier.errors import MeshError
+from simplifier.geometry.bit_grid import BitGrid
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.room import EVERYWHERE
@@ -28,7 +29,6 @@ SLACK = 0.25
 
 _LARGEST_COORDINATE = 1e100  # squares stay finite
 _BATCH = 16384  # pieces judged at once
-_PLANES = 16  # of voxels that are looked at together, for the memory of fine grids
 _LEAST_QUERIES = 64  # fewer are not worth a hand-over to another thread
 
 
@@ -58,7 +58,7 @@ def deviation(
     triangles = _leaving(triangles, interior.inside)
     if len(triangles) == 0:
         return 0.0
-    original = _Original.of(interior.to_grid(mesh.vertices), mesh.faces, interior.inside)
+    original = _Original.of(interior.to_grid(mesh.vertices), mesh.faces, interior.bits)
     voxels = 1.0 if voxel is None else voxel / interior.cell_size
     return _largest_distance(triangles, original, SLACK * voxels) * interior.cell_size
 
@@ -91,7 +91,7 @@ class _Original:
     faces: IntArray
 
     @classmethod
-    def of(cls, points: FloatArray, faces: IntArray, interior: BoolArray) -> _Original:
+    def of(cls, points: FloatArray, faces: IntArray, interior: BitGrid) -> _Original:
         def boxes(chosen: NDArray[np.int64]) -> tuple[FloatArray, FloatArray]:
             lows, highs = np.empty((2, len(chosen), 3))
             triangle_boxes(points, faces, chosen, lows, highs)
@@ -155,20 +155,10 @@ def _largest_distance(triangles: FloatArray, original: _Original, allowed: float
     return largest
 
 
-def _box_nodes(inside: BoolArray) -> FloatArray:
+def _box_nodes(inside: BitGrid) -> FloatArray:
     """Tree over the runs of voxels along z, one box a run."""
-    parts = [_runs(inside[x : x + _PLANES], x) for x in range(0, len(inside), _PLANES)]
-    lows, highs = (np.concatenate(ends) for ends in zip(*parts, strict=True))
+    lows = BitGrid(inside.words & ~inside.follow, inside.depth).places.astype(np.float64)
+    ends = BitGrid(inside.words & ~inside.precede, inside.depth).places
+    highs = np.asarray(ends + 1.0, dtype=np.float64)
     nodes, _ = build_box_tree(lambda chosen: (lows[chosen], highs[chosen]), len(lows), 1)
     return nodes
-
-
-def _runs(inside: BoolArray, first: int) -> tuple[FloatArray, FloatArray]:
-    """Low and high corners (n, 3) of the runs along z in planes from ``first`` on."""
-    nx, ny, nz = inside.shape
-    padded = np.zeros((nx, ny, nz + 2), dtype=np.int8)
-    padded[:, :, 1:-1] = inside
-    step = np.diff(padded, axis=2)
-    lows = np.argwhere(step == 1) + np.array([first, 0.0, 0.0])
-    highs = np.argwhere(step == -1) + np.array([first + 1.0, 1.0, 0.0])
-    return np.ascontiguousarray(lows), np.ascontiguousarray(highs)

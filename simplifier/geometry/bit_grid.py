@@ -52,6 +52,28 @@ class BitGrid:
         """Number of voxels that are set."""
         return int(np.bitwise_count(self.words).sum(dtype=np.int64))
 
+    @property
+    def places(self) -> NDArray[np.int64]:
+        """(n, 3) the voxels that are set, in order; for grids of which few words hold any."""
+        x, y, word = np.nonzero(self.words)
+        octets = self.words[x, y, word].astype("<u8", copy=False).view(np.uint8)
+        which, bit = np.nonzero(np.unpackbits(octets, bitorder="little").reshape(-1, _WORD))
+        return np.stack([x[which], y[which], _WORD * word[which] + bit], axis=1)
+
+    @property
+    def follow(self) -> NDArray[np.uint64]:
+        """Words in which a bit is set where the voxel before it along z is."""
+        words = self.words << np.uint64(1)
+        words[:, :, 1:] |= self.words[:, :, :-1] >> np.uint64(_WORD - 1)
+        return words
+
+    @property
+    def precede(self) -> NDArray[np.uint64]:
+        """Words in which a bit is set where the voxel after it along z is."""
+        words = self.words >> np.uint64(1)
+        words[:, :, :-1] |= self.words[:, :, 1:] << np.uint64(_WORD - 1)
+        return words
+
     def __and__(self, other: BitGrid) -> BitGrid:
         return BitGrid(self.words & other.words, self.depth)
 

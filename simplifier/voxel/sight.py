@@ -55,7 +55,6 @@ Places = NDArray[np.int16]
 _AT_ONCE = 8  # lines of sight between two looks at which voxels need more
 _FEW = 2  # times fewer voxels than hide: then only what lies behind or before them is drawn
 _PLAIN = 96  # voxels along the longest edge up to which every voxel is looked at
-_ONE, _TOP = np.uint64(1), np.uint64(63)
 _CELL = 4  # voxels a side of the cells that finer grids are looked at in first
 
 
@@ -253,10 +252,8 @@ def _shell(touched: BitGrid) -> Places:
         walled[ahead] &= words[behind]
         walled[behind] &= words[ahead]
     walled[0], walled[-1], walled[:, 0], walled[:, -1] = 0, 0, 0, 0
-    below, above = words << _ONE, words >> _ONE
-    below[:, :, 1:] |= words[:, :, :-1] >> _TOP
-    above[:, :, :-1] |= words[:, :, 1:] << _TOP
-    walled &= below & above
+    walled &= touched.follow
+    walled &= touched.precede
     return _listed(BitGrid(words & ~walled, touched.depth))
 
 

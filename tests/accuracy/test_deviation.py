@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 
 from simplifier.accuracy.deviation import SLACK, _Original, deviation
 from simplifier.errors import MeshError
+from simplifier.geometry.bit_grid import BitGrid
 from simplifier.geometry.mesh import TriangleMesh
 from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.solid import VoxelGrid
@@ -166,7 +167,7 @@ def test_no_point_of_a_piece_is_further_than_it_says_or_than_the_largest(seed, l
     pieces = corners + generator.normal(0.0, 0.3, corners.shape)
     pieces = np.concatenate([pieces, corners, generator.uniform(0, 8, (9, 3, 3))])
     original = _Original.of(
-        touched.to_grid(mesh.vertices), mesh.faces, interior_of(touched, filled).inside
+        touched.to_grid(mesh.vertices), mesh.faces, interior_of(touched, filled).bits
     )
     distances, reaches = original.piece_bounds(pieces, largest, SLACK)
     for piece, distance, reach in zip(pieces, distances, reaches, strict=True):
@@ -220,7 +221,7 @@ def test_a_needle_is_as_far_away_as_its_edges(thin):
             [0.0, 1e-6, 1.0, 30.0], size=(20, 1)
         )
         original = _Original.of(
-            corners, np.array([[0, 1, 2]], dtype=np.int32), np.zeros((1, 1, 1), dtype=np.bool_)
+            corners, np.array([[0, 1, 2]], dtype=np.int32), BitGrid.empty((1, 1, 1))
         )
         found = original.distances(np.ascontiguousarray(near))
         length = np.linalg.norm(end - begin)

@@ -30,6 +30,16 @@ def test_bits_are_the_voxels(shape, seed):
 
 
 @given(SHAPES, st.integers(0, 999))
+def test_voxels_are_listed_in_order_and_know_their_neighbours_along_z(shape, seed):
+    voxels = random_voxels(shape, seed)
+    grid = BitGrid.of(voxels)
+    assert np.array_equal(grid.places, np.argwhere(voxels))
+    padded = np.pad(voxels, ((0, 0), (0, 0), (1, 1)))
+    for words, expected in ((grid.follow, padded[:, :, :-2]), (grid.precede, padded[:, :, 2:])):
+        assert np.array_equal(BitGrid(words, grid.depth).voxels, expected)
+
+
+@given(SHAPES, st.integers(0, 999))
 def test_sets_of_voxels_are_joined_as_booleans_are(shape, seed):
     left, right = random_voxels(shape, seed), random_voxels(shape, seed + 1)
     some, others = BitGrid.of(left), BitGrid.of(right)

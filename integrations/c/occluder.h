@@ -119,7 +119,7 @@ static inline uint32_t occluder_level_for(const occluder_file *file, double dist
 }
 
 /* Whether a block lies in the file, behind the table, where it is aligned. */
-static inline int occluder_block_(uint64_t begin, uint64_t length, uint64_t size)
+static inline int occluder_fits_(uint64_t begin, uint64_t length, uint64_t size)
 {
     return begin % 16 == 0 && begin >= OCCLUDER_HEADER_BYTES && begin <= size
         && length <= size - begin;
@@ -133,8 +133,8 @@ static inline occluder_status occluder_check_level_(const occluder_file *file, u
     occluder_level level;
     uint64_t corner;
     if ((width != 2 && width != 4) || !(occluder_f64_(row) >= 0.0)
-        || !occluder_block_(occluder_u64_(row + 24), 12 * vertices, file->size)
-        || !occluder_block_(occluder_u64_(row + 32), 3 * width * triangles, file->size))
+        || !occluder_fits_(occluder_u64_(row + 24), 12 * vertices, file->size)
+        || !occluder_fits_(occluder_u64_(row + 32), 3 * width * triangles, file->size))
         return OCCLUDER_DAMAGED;
     level = occluder_level_at(file, index);
     for (corner = 0; corner < 3 * triangles; ++corner)
@@ -173,7 +173,7 @@ static inline occluder_status occluder_open(const void *bytes, size_t size, occl
     file->fov = occluder_f64_(at + 88);
     file->screen_height = occluder_u32_(at + 96);
     if (file->level_count < 1 || file->level_count > OCCLUDER_MOST_LEVELS
-        || !occluder_block_(file->table, (uint64_t)file->level_count * OCCLUDER_LEVEL_BYTES, size))
+        || !occluder_fits_(file->table, (uint64_t)file->level_count * OCCLUDER_LEVEL_BYTES, size))
         return OCCLUDER_DAMAGED;
     for (index = 0; index < 3; ++index)
         if (!(file->origin[index] - file->origin[index] == 0.0)) /* NaN or infinite */

@@ -17,7 +17,7 @@ from simplifier.geometry.occluder import Level, LodChain, Occluder
 from simplifier.io.load import load_lods, load_occluder
 from simplifier.io.save import save_lods, save_occluder
 from simplifier.options.simplify import Style
-from tests.integrations.c.programs import CHECKED, LANGUAGES, compiled, printed
+from tests.integrations.c.programs import CHECKED, HEADERS, LANGUAGES, compiled, printed
 from tests.io.builders import tetrahedron
 from tests.solids import sphere
 
@@ -196,3 +196,17 @@ def test_every_truncation_and_flipped_byte_is_survived(program: Path, tmp_path: 
         if lines[0] != "all is well":
             with pytest.raises(UnreadableMeshError):
                 load_lods(path)
+
+
+@pytest.mark.parametrize("compiler", LANGUAGES)
+@pytest.mark.parametrize("backwards", [False, True])
+def test_all_headers_go_into_one_source_in_any_order(
+    compiler: str, backwards: bool, tmp_path: Path
+) -> None:
+    """Two of them once gave one name to a function and to a type."""
+    names = sorted((path.name for path in HEADERS.glob("*.h")), reverse=backwards)
+    assert len(names) == 4
+    lines = [f'#include "{name}"' for name in 2 * names]
+    source = tmp_path / "all.c"
+    source.write_text("\n".join([*lines, "int main(void) { return 0; }", ""]))
+    compiled(tmp_path, str(source), compiler)

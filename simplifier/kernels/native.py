@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from simplifier.kernels.compiled.code_files import writable_folder
+from simplifier.kernels.compiled.code_files import find_kept, writable_folder
 from simplifier.kernels.compiled.kernel import PLAIN
 
 SWITCH = "OCCLUDER_NATIVE"
@@ -63,9 +63,10 @@ def _loaded(compiler: str, flags: tuple[str, ...], sources: bytes) -> ctypes.CDL
     """Named after all that it hangs on, so that what was compiled before is right or not there."""
     given = "\0".join((compiler, *flags, platform.platform())).encode()
     name = f"native_{hashlib.blake2b(given + sources, digest_size=8).hexdigest()}.so"
-    path = writable_folder() / name
     with suppress(OSError):
-        if not path.is_file():
+        path = find_kept(name)
+        if path is None:
+            path = writable_folder() / name
             path.parent.mkdir(parents=True, exist_ok=True)
             _compile(compiler, flags, path)
         return ctypes.CDLL(str(path))

@@ -8,13 +8,17 @@ another name, so code that does not belong is never found.
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import importlib.util
+import logging
 import os
 import re
+import shutil
 import sys
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
@@ -36,11 +40,23 @@ _MADE_BY = (
 )  # fmt: skip
 """Whose changes change the code."""
 
+_log = logging.getLogger(__name__)
+
 
 def find_code(name: str) -> Path | None:
     """The machine code of a kernel file for the processor chosen; None if there is none."""
-    paths = (folder / code_name(name) for folder in (SHIPPED, writable_folder()))
-    return next((path for path in paths if path.exists()), None)
+    shipped = SHIPPED / code_name(name)
+    return shipped if shipped.exists() else find_kept(code_name(name))
+
+
+def find_kept(name: str) -> Path | None:
+    """A file that was kept, here or by who installed the package; None if there is none."""
+    return next((path for path in _kept(name) if _is_there(path)), None)
+
+
+def _kept(name: str) -> Iterator[Path]:
+    yield from (folder / name for folder in _places())
+    yield writable_folder() / name  # last: it may have to be made
 
 
 def code_name(name: str) -> str:
@@ -73,20 +89,51 @@ def write_code(folder: Path, name: str, code: bytes) -> None:
 def writable_folder() -> Path:
     """``NUMBA_CACHE_DIR`` if it is set, else beside the kernels, else in the user's cache.
 
-    The same order as numba has for what it caches itself.
+    The same order as numba has for what it caches itself.  Where none can be written, a folder that
+    lasts as long as this process, which its children find by ``NUMBA_CACHE_DIR``.
     """
+    places = _places()
+    for place in places:
+        if _can_be_written(place):
+            return place
+    folder = tempfile.mkdtemp(prefix="occluder_kernels_")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    os.environ["NUMBA_CACHE_DIR"] = folder
+    _log.warning(
+        "compiled kernels cannot be kept, so every start compiles them again: %s cannot be written;"
+        " set NUMBA_CACHE_DIR to a folder that can be",
+        " and ".join(map(str, places)),
+    )
+    return Path(folder)
+
+
+def _places() -> list[Path]:
+    """Where machine code is kept, the first that can be written, and where it may have been."""
     if chosen := os.environ.get("NUMBA_CACHE_DIR"):
-        return Path(chosen)
-    beside = KERNELS / "__pycache__"
-    if os.access(beside if beside.exists() else KERNELS, os.W_OK):
-        return beside
-    if sys.platform == "win32":
-        users = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
-    elif sys.platform == "darwin":
-        users = Path.home() / "Library" / "Caches"
-    else:
-        users = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    return users / "planar-occluder" / "kernels"
+        return [Path(chosen)]
+    places = [KERNELS / "__pycache__"]
+    with suppress(RuntimeError):  # of Path.home, where nobody has this user's number
+        if sys.platform == "win32":
+            users = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+        elif sys.platform == "darwin":
+            users = Path.home() / "Library" / "Caches"
+        else:
+            users = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+        places.append(users / "planar-occluder" / "kernels")
+    return places
+
+
+def _is_there(path: Path) -> bool:
+    """Also asked of places in folders that this user may not enter."""
+    with suppress(PermissionError):
+        return path.exists()
+    return False
+
+
+def _can_be_written(folder: Path) -> bool:
+    """Whether files can be made in it, and it itself where it is not there."""
+    there = next(one for one in (folder, *folder.absolute().parents) if _is_there(one))
+    return there.is_dir() and os.access(there, os.W_OK | os.X_OK)
 
 
 def kernel_files() -> list[str]:

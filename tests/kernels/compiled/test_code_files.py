@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from pathlib import Path
+
 import pytest
 
 from simplifier.kernels.compiled import code_files
@@ -120,10 +123,63 @@ def test_where_the_package_cannot_be_written_the_users_cache_is(
 ):
     monkeypatch.delenv("NUMBA_CACHE_DIR")
     forget()
-    monkeypatch.setattr(code_files.os, "access", lambda path, mode: False)
+    read_only(monkeypatch, code_files.KERNELS)
     monkeypatch.setattr(code_files.sys, "platform", platform)
     monkeypatch.setenv(variable, str(tmp_path / "home"))
     assert code_files.writable_folder() == tmp_path / "home" / "planar-occluder" / "kernels"
+
+
+def read_only(monkeypatch, *folders):
+    """As for one who may not write there: whoever runs the tests may write everywhere."""
+
+    def access(path, mode):
+        return not any(Path(path).is_relative_to(folder) for folder in folders)
+
+    monkeypatch.setattr(code_files.os, "access", access)
+
+
+@pytest.mark.parametrize("named", [True, False])
+@pytest.mark.usefixtures("folder")
+def test_where_nothing_can_be_written_code_lasts_as_long_as_the_process(
+    tmp_path, monkeypatch, caplog, named
+):
+    """Every command once ended with numba's "no locator available"."""
+    home = tmp_path / "home"
+    home.mkdir()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(home))
+    if named:
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(home / "named"))
+    else:
+        monkeypatch.delenv("NUMBA_CACHE_DIR")
+        monkeypatch.setattr(code_files.sys, "platform", "linux")
+    forget()
+    read_only(monkeypatch, code_files.KERNELS, home)
+    folder = code_files.writable_folder()
+    assert folder.is_dir()
+    assert os.environ["NUMBA_CACHE_DIR"] == str(folder)
+    assert list(home.iterdir()) == []
+    (record,) = caplog.records
+    assert str(home / ("named" if named else "planar-occluder")) in record.message
+    assert "set NUMBA_CACHE_DIR" in record.message
+    write_code(folder, "one", b"code")
+    assert find_code("one") == folder / code_name("one")
+
+
+@pytest.mark.usefixtures("folder")
+def test_code_that_another_user_has_kept_is_found(tmp_path, monkeypatch):
+    kept = tmp_path / "kept"
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(kept))
+    forget()
+    write_code(kept, "one", b"code")
+    read_only(monkeypatch, kept)
+    forget()
+    assert find_code("one") == kept / code_name("one")
+
+
+def test_a_folder_below_a_file_cannot_be_written(tmp_path):
+    (tmp_path / "file").write_text("")
+    assert not code_files._can_be_written(tmp_path / "file" / "cache")
+    assert code_files._can_be_written(tmp_path / "one" / "cache")
 
 
 @pytest.mark.usefixtures("folder")

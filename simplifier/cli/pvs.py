@@ -22,7 +22,7 @@ from simplifier.cli.console import (
 )
 from simplifier.cli.help import INPUT, OUTPUT, with_examples
 from simplifier.cli.options import PoolName, TerrainArgument, read_options, with_options
-from simplifier.cli.running import AsJson, Debug, Quiet, interrupts, run_guarded
+from simplifier.cli.running import INTERRUPTED, AsJson, Debug, Quiet, interrupts, run_guarded
 from simplifier.errors import OptionError
 from simplifier.io.places import followed, is_file, is_there
 from simplifier.options.simplify import Transparent
@@ -351,7 +351,7 @@ def pvs_check(
 ) -> None:
     """Check sets of visible objects against what is certainly seen from points in their cells.
 
-    Exits with 1 where a visible object is missing.
+    Exits with 1 where a visible object is missing, and with 130 if it was interrupted.
     """
 
     def run() -> None:
@@ -388,7 +388,12 @@ def pvs_check(
                 f"leak: cell {leak.cell} {lacks} '{leak.name}', seen by {how} from"
                 f" {', '.join(f'{value:.6g}' for value in leak.viewpoint)}"
             )
+        asked = min(cells, len(held.computed))
+        if len(found.rows) < asked:
+            print_line(f"error: interrupted after {len(found.rows):,} of {asked:,} cells")
         if found.leaks:
             raise typer.Exit(1)
+        if len(found.rows) < asked:  # whoever asks for the status is not to take it for a pass
+            raise typer.Exit(INTERRUPTED)
 
     run_guarded(run, debug=debug, quiet=quiet)

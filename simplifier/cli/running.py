@@ -65,7 +65,7 @@ def run_guarded(
         _fail(str(error), 2 if isinstance(error, OptionError) else 1, debug=debug)
     except MemoryError:
         _fail("out of memory; choose a lower --resolution", 1, debug=debug)
-    except BrokenPipeError:  # nobody reads any more: typer ends the run without a word
+    except (typer.Exit, BrokenPipeError):  # has been told; nobody reads any more
         raise
     except Exception as error:
         what = f"unexpected {type(error).__name__}: {error}"

@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from simplifier.cli.console import count_bar, print_progress
-from simplifier.cli.running import Interrupts
-from simplifier.errors import MeshError, SceneError
+import typer
+
+from simplifier.cli.console import count_bar, print_line, print_progress
+from simplifier.cli.running import INTERRUPTED, Interrupts
+from simplifier.errors import CancelledError, MeshError, SceneError
 from simplifier.geometry.camera import Camera, CameraPath
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import leaf_occluders
@@ -67,11 +69,16 @@ def make_scene(
     read = load_scene(source, transparent=transparent, memory_limit=options.memory_limit)
     make_folder(output)  # a scene that cannot be read leaves nothing behind
     store, earlier = occluder_store(output), read_earlier(output)
-    with listening.deferred() as cancel, count_bar("occluders") as tell:
-        build = build_occluders(
-            read, options, store, earlier.summaries, tell, cancel, options.memory_limit,
-            pool, print_progress,
-        )  # fmt: skip
+    try:
+        with listening.deferred() as cancel, count_bar("occluders") as tell:
+            build = build_occluders(
+                read, options, store, earlier.summaries, tell, cancel, options.memory_limit,
+                pool, print_progress,
+            )  # fmt: skip
+    except (KeyboardInterrupt, CancelledError):
+        print_line(f"error: interrupted; {output} keeps the occluders that were made, run it again"
+                   " for the rest")  # fmt: skip
+        raise typer.Exit(INTERRUPTED) from None
     with listening.held():
         packed = read_packed(output)
         known = packed.meshes(earlier.keys) if packed else {}  # before there is another manifest

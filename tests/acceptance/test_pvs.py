@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +16,7 @@ from simplifier.geometry.pvs import pack_rows
 from simplifier.geometry.view_cells import BOX, PRISM
 from simplifier.io.pvs_file import save_pvs
 from simplifier.io.scene_writer import write_scene
+from simplifier.visibility.checking.check import check_pvs
 from tests.io.damaged_pvs import town as made_town
 
 
@@ -314,3 +317,24 @@ def test_strong_occluders_find_sets_of_their_own(command, town, cells, tmp_path)
         assert status == 2
         assert "choose --method cull-map" in errors
     assert file.read_bytes() == before
+
+
+def test_a_check_that_was_interrupted_does_not_pass(command, town, tmp_path, monkeypatch):
+    file = tmp_path / "sets.pvs"
+    arguments = ("--up", "z", "--cells", "walkable", "--cell-size", "30")
+    assert command("pvs", town, "-o", file, *arguments)[0] == 0
+    cells = len(simplifier.load_pvs(file).cells)
+
+    def check_and_press(scene, pvs, options, tell, *more):
+        def told(share):
+            tell(share)
+            if share > 0.0:
+                os.kill(os.getpid(), signal.SIGINT)
+
+        return check_pvs(scene, pvs, options, told, *more)
+
+    monkeypatch.setattr("simplifier.visibility.checking.check.check_pvs", check_and_press)
+    status, told, errors = command("pvs-check", town, file, "--cells", str(cells), "--views", "5")
+    assert status == 130
+    assert f"2 of {cells}" in told
+    assert f"error: interrupted after 2 of {cells} cells" in errors

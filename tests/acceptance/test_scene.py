@@ -281,6 +281,8 @@ def test_ctrl_c_keeps_what_was_made_and_the_next_run_goes_on(tmp_path):
         process.wait(timeout=30)
     os.close(controller)
     assert process.returncode == 130, shown
+    told = b" ".join(shown.split())
+    assert b"keeps the occluders that were made, run it again for the rest" in told
     assert not (tmp_path / "out" / "scene.json").exists()
     kept = len(list((tmp_path / "out" / "occluders").glob("*.glb")))
     assert kept >= 2

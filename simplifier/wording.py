@@ -7,7 +7,9 @@ as if it reached it.  Differences, times and lengths are rounded to the nearest.
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 _ROUNDING = 1e-9  # 0.29 * 100 is 28.999999999999996
@@ -33,6 +35,14 @@ def percent(share: float, digits: int = 1) -> str:
     if steps == 0 and share > 0.0:
         return f"< {1.0 / scale:.{digits}f} %"
     return f"{steps / scale:.{digits}f} %"
+
+
+def command_line(words: Iterable[str | Path]) -> str:
+    """A command to paste into a shell; a file, given as a path, never reads as an option."""
+    return shlex.join(
+        f"./{word}" if isinstance(word, Path) and str(word).startswith("-") else str(word)
+        for word in words
+    )
 
 
 def percent_at_most(share: float) -> str:

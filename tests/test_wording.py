@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from simplifier.wording import (
+    command_line,
     count,
     distance_advice,
     distance_range,
@@ -165,3 +168,8 @@ def test_a_viewpoint_is_named_as_people_say_it(line_of_sight, up, words):
 )
 def test_durations(time, text):
     assert duration(time) == text
+
+
+def test_files_never_read_as_options_in_a_command():
+    words = ["occluder", "simplify", Path("-a b.ply"), "-o", Path("c/-d.glb"), "--budget", "8"]
+    assert command_line(words) == "occluder simplify './-a b.ply' -o c/-d.glb --budget 8"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -27,7 +26,7 @@ from simplifier.errors import OptionError
 from simplifier.io.places import followed, is_file, is_there
 from simplifier.options.simplify import Transparent
 from simplifier.options.visibility import SEE_THROUGH_HELP, ElevationOptions, PvsOptions
-from simplifier.wording import duration
+from simplifier.wording import command_line, duration
 
 if TYPE_CHECKING:
     from simplifier.camera_paths.columns import UprightScene
@@ -142,8 +141,8 @@ def pvs(
                 warnings = [*read.scene.warnings, *found.warnings]
                 rows = [*_summary_rows(figures, output), *parts_rows(found.pvs)]
                 print_rows(str(output), rows, warnings)
-                words = ["occluder", "pvs-check", str(scene), str(output)]
-                then = shlex.join([*words, *_same_scene(elevation, options)])
+                words: list[str | Path] = ["occluder", "pvs-check", scene, output]
+                then = command_line([*words, *_same_scene(elevation, options)])
                 print_closing(_made(figures, output), _good(figures), then)
                 print_json(figures)
 

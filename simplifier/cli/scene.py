@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gc
-import shlex
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,7 +27,7 @@ from simplifier.errors import OptionError
 from simplifier.io.files import check_apart, check_folder, read_bytes, write_whole
 from simplifier.options.scene import SceneOptions
 from simplifier.options.simplify import Transparent
-from simplifier.wording import count
+from simplifier.wording import command_line, count
 
 
 @with_examples(
@@ -153,9 +152,10 @@ def _made(output: Path, told: Mapping[str, Any]) -> str:
 
 def _then(source: Path, output: Path, options: SceneOptions, transparent: Transparent) -> str:
     """How to find out what they hide."""
-    walk = shlex.quote(f"{output}_walk.json")
-    scene, folder = shlex.quote(str(source)), shlex.quote(str(output))
-    up = "" if options.up == "y" else f" --up {options.up}"
-    same = "" if transparent == "leave-out" else f" --transparent {transparent}"
-    measure = f"occluder cull {scene} --occluders {folder} --path {walk} -o {folder}_cull{same}"
-    return f"occluder path {scene} -o {walk}{up}{same} && {measure}"
+    walk, culled = Path(f"{output}_walk.json"), Path(f"{output}_cull")
+    up = [] if options.up == "y" else ["--up", options.up]
+    same = [] if transparent == "leave-out" else ["--transparent", transparent]
+    place = command_line(["occluder", "path", source, "-o", walk, *up, *same])
+    measure: list[str | Path] = ["occluder", "cull", source, "--occluders", output]
+    measure += ["--path", walk, "-o", culled]
+    return f"{place} && {command_line([*measure, *same])}"

@@ -5,7 +5,6 @@ The change goes for the worst fault.  What cannot be told from the options is le
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 from simplifier.accuracy.verdict import EngineVerdict, Figure
 from simplifier.options.fields import OptionSet
 from simplifier.options.simplify import MOST_TRIANGLES, EvaluateOptions, SimplifyOptions
+from simplifier.wording import command_line
 
 Names = tuple[str, str]
 """What the mesh and the occluder are called in a command."""
@@ -40,14 +40,14 @@ def next_simplify(
         return None
     fault, (mesh, occluder) = verdict.faults[0], names
     if fault.figure == "recall" and fault.word == "unusable" and objects > _most_objects(options):
-        place = str(Path(occluder).with_suffix(""))
+        place = Path(occluder).with_suffix("")
         same = {name: value for name, value in _given(options).items() if name in _OF_SCENE}
-        return shlex.join(["occluder", "scene", mesh, "-o", place, *_typed(same)])
+        return command_line(["occluder", "scene", Path(mesh), "-o", place, *_typed(same)])
     changes = _changes(options, fault.figure)
     if all(getattr(options, name) == value for name, value in changes.items()):
         return None
-    words = ["occluder", "simplify", mesh, "-o", occluder]
-    return shlex.join([*words, *_typed({**_given(options), **changes})])
+    words: list[str | Path] = ["occluder", "simplify", Path(mesh), "-o", Path(occluder)]
+    return command_line([*words, *_typed({**_given(options), **changes})])
 
 
 def next_evaluate(
@@ -61,22 +61,30 @@ def next_evaluate(
     if verdict.faults[0].figure != "coverage":
         # Not in the place of what somebody made by hand.
         place = Path(mesh)
-        own = occluder if names == NAMES else str(place.with_name(f"{place.stem}_occluder.glb"))
-        return shlex.join(["occluder", "simplify", mesh, "-o", own, *_typed(given)])
+        own = Path(occluder) if names == NAMES else place.with_name(f"{place.stem}_occluder.glb")
+        return command_line(["occluder", "simplify", place, "-o", own, *_typed(given)])
     if options.image >= _LARGEST_IMAGE:
         return None
     closer = {**given, "image": _finer(options.image)}
-    return shlex.join(["occluder", "evaluate", mesh, occluder, *_typed(closer)])
+    words: list[str | Path] = ["occluder", "evaluate", Path(mesh), Path(occluder)]
+    return command_line([*words, *_typed(closer)])
 
 
 def look_command(options: SimplifyOptions, names: Names) -> str:
     """What draws where the occluder of a file hides, judged as it was made."""
     mesh, occluder = names
-    folder = str(Path(occluder).with_suffix("")) + "_pictures"
+    folder = Path(f"{Path(occluder).with_suffix('')}_pictures")
     of_judging = {one.name for one in EvaluateOptions.fields()}
     given = {name: value for name, value in _given(options).items() if name in of_judging}
-    words = ["occluder", "evaluate", mesh, occluder, "--pictures", folder]
-    return shlex.join([*words, *_typed(given)])
+    words: list[str | Path] = [
+        "occluder",
+        "evaluate",
+        Path(mesh),
+        Path(occluder),
+        "--pictures",
+        folder,
+    ]
+    return command_line([*words, *_typed(given)])
 
 
 def _changes(options: SimplifyOptions, figure: Figure) -> Mapping[str, Any]:

@@ -9,7 +9,7 @@ import pytest
 import simplifier
 from simplifier import EvaluateOptions, SimplifyOptions
 from simplifier.accuracy.verdict import VerdictFigures, verdict_on
-from simplifier.production.next_try import next_evaluate, next_simplify
+from simplifier.production.next_try import look_command, next_evaluate, next_simplify
 from tests.solids import box, sphere
 
 GOOD = {"triangles": 60, "precision": 0.9999, "recall": 0.9, "overhang": 0.004, "coverage": 0.1}
@@ -107,3 +107,12 @@ def test_the_result_of_a_closed_ball_is_good_and_that_of_two_triangles_is_not():
     two = simplifier.evaluate(sphere(), occluder, views=64, image=128)
     assert two.verdict.word == "unusable" or two.recall >= 0.1
     assert two.report()["verdict"]["word"] == two.verdict.word
+
+
+def test_a_name_that_begins_with_a_dash_is_no_option():
+    names = ("-mesh.ply", "-out.glb")
+    options = SimplifyOptions()
+    assert look_command(options, names).startswith(
+        "occluder evaluate ./-mesh.ply ./-out.glb --pictures ./-out_pictures"
+    )
+    assert " ./-mesh.ply -o ./-out.glb " in next_simplify(options, LITTLE, names)

@@ -8,6 +8,7 @@ compiles for.
 
 from __future__ import annotations
 
+import errno
 import os
 import signal
 import sys
@@ -68,8 +69,26 @@ def run_guarded(
     except (typer.Exit, BrokenPipeError):  # has been told; nobody reads any more
         raise
     except Exception as error:
-        what = f"unexpected {type(error).__name__}: {error}"
-        _fail(f"{what}; run it again with --debug and report what it says", 1, debug=debug)
+        _fail(_unexpected(error), 1, debug=debug)
+
+
+def _unexpected(error: Exception) -> str:
+    """What to say of an error that the program has no class for."""
+    if isinstance(error, OSError) and error.filename is None and error.errno == errno.ENOSPC:
+        return (
+            "standard output cannot be written, since its disk is full; files that were made are"
+            " kept"
+        )
+    if isinstance(error, RuntimeError) and str(error) == _NO_THREAD:
+        return (
+            "no thread can be started: memory or threads are limited; raise the limit (ulimit -v,"
+            " ulimit -u), or set OCCLUDER_THREADS to 1"
+        )
+    what = f"unexpected {type(error).__name__}: {error}"
+    return f"{what}; run it again with --debug and report what it says"
+
+
+_NO_THREAD = "can't start new thread"  # as Python words it, which has no class for it
 
 
 def _fail(message: str, status: int, *, debug: bool) -> None:

@@ -8,8 +8,8 @@ counts there is as good:
 - a coarser level counts only where the finer one does, too: so it has to be cheaper by a tenth of
   the triangles, or to hide more;
 - a finer level is there for its smaller error.  Where the coarser one is cheaper and hides as much
-  and as rightly, and was measured to keep the finer one's error bound, it takes over that bound and
-  the finer one is left out.
+  and as rightly, sticks out no more than that or than was asked for, and was measured to keep the
+  finer one's error bound, it takes over that bound and the finer one is left out.
 
 Recall and precision are shares of what there is to hide, so they do not depend on the distance.
 """
@@ -22,11 +22,12 @@ from dataclasses import dataclass, field, replace
 
 from simplifier.accuracy.accuracy import AccuracyOptions, evaluate_accuracy
 from simplifier.accuracy.deviation import SLACK, deviation_from_solid
+from simplifier.accuracy.overhang import measure_overhangs
 from simplifier.device.choice import open_device
 from simplifier.device.device import Device
 from simplifier.device.remembering import remembering, rest
 from simplifier.errors import CancelledError
-from simplifier.geometry.mesh import TriangleMesh
+from simplifier.geometry.mesh import FloatArray, TriangleMesh
 from simplifier.geometry.occluder import LeftOut, Level, LodChain, Occluder
 from simplifier.geometry.overrides import NO_OVERRIDES, Overrides
 from simplifier.geometry.solid import Solid
@@ -138,7 +139,7 @@ class _Making:
         with watch.stage("accuracy"):
             level = judge_level(self.mesh, made, options, self.device)
             rest(self.device)
-            self.kept, left_out = add_coarser(self.kept, level, self.mesh)
+            self.kept, left_out = add_coarser(self.kept, level, self.mesh, self.device)
             self.left_out += left_out
         self.judging = watch.timings["accuracy"]
         for timings in (made.occluder.timings, watch.timings):
@@ -184,7 +185,7 @@ HIDES_MORE = 0.005
 """Recall that counts as a difference: about what two seeds of a search differ by."""
 
 MORE_RIGHTLY = 0.001
-"""Precision that counts as a difference."""
+"""Precision that counts as a difference, and overhang."""
 
 CHEAPER = 0.9
 """A level is cheaper when it has at most this share of the triangles."""
@@ -242,11 +243,17 @@ _VIEWS, _IMAGE = 64, 256  # that levels are compared by
 
 @dataclass(frozen=True, eq=False)
 class Kept:
-    """A level of the chain; in ``solid`` its error bound holds."""
+    """A level of the chain; in ``solid`` its error bound holds.
+
+    ``directions``  (V, 3) the lines of sight that it was judged along.
+    ``overhang``    what was asked for.
+    """
 
     level: Level
     solid: Solid
     figures: LevelFigures
+    directions: FloatArray
+    overhang: float
 
 
 def judge_level(mesh: TriangleMesh, made: Simplification, options: Options, device: Device) -> Kept:
@@ -261,11 +268,12 @@ def judge_level(mesh: TriangleMesh, made: Simplification, options: Options, devi
     )  # fmt: skip
     strays = deviation_from_solid(made.occluder, mesh, made.solid)
     level = Level(made.occluder, options.solid.resolution, strays)
-    return Kept(level, made.solid, LevelFigures(level.triangles, found.precision, found.recall))
+    figures = LevelFigures(level.triangles, found.precision, found.recall)
+    return Kept(level, made.solid, figures, found.directions, options.refine.overhang)
 
 
 def add_coarser(
-    kept: list[Kept], coarser: Kept, mesh: TriangleMesh
+    kept: list[Kept], coarser: Kept, mesh: TriangleMesh, device: Device
 ) -> tuple[list[Kept], list[LeftOut]]:
     """The levels kept so far, finest first, and a coarser one: those to keep, and those to leave.
 
@@ -281,7 +289,7 @@ def add_coarser(
             reason = HIDES_NOTHING
         else:
             reason = why_replaced(finer[-1].figures, coarser.figures)
-            heir = _heir(finer[-1], coarser, mesh) if reason else None
+            heir = _heir(finer[-1], coarser, mesh, device) if reason else None
             if heir is None:
                 break
             coarser = heir
@@ -302,14 +310,19 @@ def _by_its_grid(kept: Kept) -> Kept:
     return replace(kept, level=replace(kept.level, occluder=occluder))
 
 
-def _heir(finer: Kept, coarser: Kept, mesh: TriangleMesh) -> Kept | None:
-    """The coarser level with the finer one's error bound, if it was measured to keep it.
+def _heir(finer: Kept, coarser: Kept, mesh: TriangleMesh, device: Device) -> Kept | None:
+    """The coarser level with the finer one's error bound, if it was measured to keep it, and sticks
+    out by no more.
 
     Measured in the finer solid: what the coarser grid encloses is not all inside there.
     """
     bound, occluder = finer.level.error_bound, coarser.level.occluder
     strays = deviation_from_solid(occluder, mesh, finer.solid)
     if strays + SLACK * finer.solid.filled.cell_size > bound:
+        return None
+    overhangs = measure_overhangs(mesh, [occluder, finer.level.occluder], finer.directions, device)
+    own, others = (one.mean for one in overhangs)
+    if own > max(others, finer.overhang) + MORE_RIGHTLY:
         return None
     promised = replace(occluder, error_bound=bound)
     level = replace(coarser.level, occluder=promised, deviation=strays)

@@ -23,6 +23,7 @@ from simplifier.progress import STAGES, Stopwatch
 from simplifier.steps.solid import solidify
 from tests.solids import blob, box, sphere, torus
 
+WASTEFUL = 40  # triangles, at least
 QUICK = {"preset": "draft", "moves": 1500, "overhang": 1.0}
 
 
@@ -86,35 +87,52 @@ def test_a_box_needs_one_level_where_the_grid_does_not_matter():
     assert all("no better than the finer level" in one.reason for one in made.chain.left_out)
 
 
-def test_a_coarser_level_takes_over_the_bound_of_a_finer_that_it_keeps(monkeypatch):
-    """A finer level of more triangles that hides no more is replaced, and the promise goes on."""
-    mesh, wasteful = box(), 40
+@pytest.fixture
+def wasteful(monkeypatch):
+    """``wasteful(larger)``: the levels of a box of which the finer is split into more triangles,
+    and the coarser so many times as large."""
+
+    def levels(larger):
+        def split(mesh, options, *others):
+            made = real(mesh, options, *others)
+            if options.solid.resolution < 32:
+                grown = replace(made.occluder, vertices=made.occluder.vertices * larger)
+                return replace(made, occluder=grown)
+            soup = made.occluder.vertices[made.occluder.faces]
+            while len(soup) < WASTEFUL:
+                middle = soup.mean(axis=1)
+                thirds = [
+                    np.stack([soup[:, i], soup[:, (i + 1) % 3], middle], axis=1) for i in range(3)
+                ]
+                soup = np.concatenate(thirds)
+            finer = Occluder.of(soup, made.occluder.error_bound, {})
+            return Simplification(finer, made.solid, made.warnings)
+
+        monkeypatch.setattr(making, "simplify_mesh", split)
+        options = {"resolution": 32, "preset": "balanced", "moves": None, "overhang": 0.005}
+        return made_of(box(), LodOptions(lods=2), **options)
+
     real = making.simplify_mesh
+    return levels
 
-    def split(mesh, options, *others):
-        made = real(mesh, options, *others)
-        if options.solid.resolution < 32:
-            return made
-        soup = made.occluder.vertices[made.occluder.faces]
-        while len(soup) < wasteful:
-            middle = soup.mean(axis=1)
-            thirds = [
-                np.stack([soup[:, i], soup[:, (i + 1) % 3], middle], axis=1) for i in range(3)
-            ]
-            soup = np.concatenate(thirds)
-        finer = Occluder.of(soup, made.occluder.error_bound, {})
-        return Simplification(finer, made.solid, made.warnings)
 
-    monkeypatch.setattr(making, "simplify_mesh", split)
-    options = {"resolution": 32, "preset": "balanced", "moves": None}
-    made = made_of(mesh, LodOptions(lods=2), **options)
+def test_a_coarser_level_takes_over_the_bound_of_a_finer_that_it_keeps(wasteful):
+    """A finer level of more triangles that hides no more is replaced, and the promise goes on."""
+    made = wasteful(1.0)
     (level,) = made.chain.levels
-    assert level.triangles < wasteful
+    assert level.triangles < WASTEFUL
     assert level.resolution == 16
     assert level.error_bound == pytest.approx(2.0 * np.sqrt(3.0) / 32.0, rel=1e-6)
     assert made.solid.filled.cell_size == pytest.approx(1.0 / 32.0, rel=1e-6)
     (gone,) = made.chain.left_out
     assert (gone.resolution, "keeps its error bound" in gone.reason) == (32, True)
+
+
+def test_a_coarser_level_that_sticks_out_more_replaces_none(wasteful):
+    """The finest one alone kept to the overhang asked for, and was left out."""
+    made = wasteful(1.01)
+    assert [level.resolution for level in made.chain.levels] == [32, 16]
+    assert made.chain.left_out == ()
 
 
 def test_a_coarser_level_that_strays_less_promises_what_its_grid_does(monkeypatch):

@@ -28,10 +28,12 @@ from simplifier.culling.flythrough_rows import (
     summary_rows,
 )
 from simplifier.culling.visible_sets import VisibleSets
+from simplifier.errors import OptionError
 from simplifier.geometry.camera import CameraPath
 from simplifier.geometry.scene import Scene
 from simplifier.hierarchy.occluder_tree import OccluderTree
-from simplifier.hierarchy.scene_file import load_occluder_tree
+from simplifier.hierarchy.packed_file import PACKED_FILE
+from simplifier.hierarchy.scene_file import SCENE_FILE, load_occluder_tree
 from simplifier.io.camera_path import load_camera_path
 from simplifier.io.files import make_folder, write_whole
 from simplifier.io.places import followed, is_file
@@ -142,6 +144,11 @@ def _good(flown: Flythrough) -> str:
 def _load(occluders: Path) -> OccluderTree | Scene:
     """What is a file holds occluders as objects, whatever they look like."""
     if is_file(occluders):
+        if occluders.name in (SCENE_FILE, PACKED_FILE):
+            raise OptionError(
+                f"{occluders} is one file of a folder of occluders",
+                where="--occluders", remedy=f"give the folder, {occluders.parent}",
+            )  # fmt: skip
         return load_scene(occluders, transparent="keep")
     return load_occluder_tree(occluders)
 

@@ -15,6 +15,7 @@ from simplifier.io.camera_path import save_camera_path
 from simplifier.io.files import check_apart, check_folder
 from simplifier.io.scene import load_scene
 from simplifier.options.scene import PathOptions
+from simplifier.wording import count
 
 
 @with_examples(
@@ -51,7 +52,7 @@ def path(
                 save_camera_path(found, output)
                 for warning in read.warnings:
                     print_line(f"warning: {warning}")
-                print_text(f"{output}: {len(found.cameras)} frames of kind {options.kind}")
+                print_text(f"{output}: {count(len(found.cameras), 'frame')} of kind {options.kind}")
 
     run_guarded(run, debug=debug, quiet=quiet)
 

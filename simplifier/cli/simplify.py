@@ -108,6 +108,8 @@ def simplify(
     once. Of several meshes those that are done are kept.
     """
     shown = Shown(strict and not dry_run, verbose, quiet, as_json, debug)
+    if str(output) == "-":
+        raise typer.BadParameter("occluders go to files: name one", param_hint="'--output'")
     if len(meshes) > 1 or is_for_many(output):
         from simplifier.cli.simplify_many import Asked, simplify_many  # what one mesh need not load
 

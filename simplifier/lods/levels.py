@@ -35,7 +35,7 @@ from simplifier.lods.level_plan import LodPlan
 from simplifier.options.stages import ERROR_VOXELS, Options
 from simplifier.pipeline import Simplification, simplify_mesh
 from simplifier.progress import Cancel, Deadline, Listener, Progress, Stopwatch, check_run
-from simplifier.wording import percent
+from simplifier.wording import count, percent
 
 _JUDGING = 0.1  # of what a time limit leaves: for judging levels, until it is known what that takes
 _LEAST_SECONDS = 1e-3
@@ -215,7 +215,7 @@ def why_useless(coarser: LevelFigures, finer: LevelFigures) -> str:
     if _cheaper(coarser, finer) or coarser.recall > finer.recall + HIDES_MORE:
         return ""
     return (
-        f"{coarser.triangles} triangles for {finer.triangles} and a recall of "
+        f"{count(coarser.triangles, 'triangle')} for {finer.triangles:,} and a recall of "
         f"{percent(coarser.recall)} for {percent(finer.recall)}: no better than the finer level"
     )
 
@@ -229,8 +229,8 @@ def why_replaced(finer: LevelFigures, coarser: LevelFigures) -> str:
     if not _cheaper(coarser, finer) or not as_good:
         return ""
     return (
-        f"the coarser level of {coarser.triangles} triangles for {finer.triangles} keeps its error"
-        f" bound, with a recall of {percent(coarser.recall)} for {percent(finer.recall)}"
+        f"the coarser level of {count(coarser.triangles, 'triangle')} for {finer.triangles:,} keeps"
+        f" its error bound, with a recall of {percent(coarser.recall)} for {percent(finer.recall)}"
     )
 
 

@@ -18,7 +18,7 @@ from simplifier.geometry.views import ViewShares
 from simplifier.options.simplify import EvaluateOptions
 from simplifier.options.stages import Options
 from simplifier.production.next_try import NAMES, Names, next_evaluate
-from simplifier.production.remarks import overrides_summary, remarks
+from simplifier.production.remarks import misplaced, overrides_summary, remarks
 from simplifier.report.page import write_pictures
 from simplifier.report.report import Report, build_report, verdict_figures
 
@@ -63,6 +63,7 @@ class EvaluateResult:
         """What the user should know beside the verdict, a sentence each."""
         kept = Overrides(open=self.overrides.open)  # what is drawn is the occluder's own affair
         return (
+            *misplaced(self.mesh, self.occluder),
             *remarks(self.mesh, self.occluder, self.solid, kept),
             *open_device(self.options.device).remarks,
         )

@@ -22,6 +22,29 @@ def remarks(
             *_crossing_remarks(occluder, overrides))  # fmt: skip
 
 
+_LARGE, _SMALL = 5.0, 0.05
+"""Times the length of the mesh that no occluder of it has, but by another unit."""
+
+
+def misplaced(mesh: TriangleMesh, occluder: Occluder) -> tuple[str, ...]:
+    """That an occluder, made elsewhere, is nowhere near the mesh, or of another size."""
+    if len(occluder.faces) == 0:
+        return ()
+    corners = occluder.vertices[occluder.faces].reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    first, last = mesh.bounds
+    times = float((high - low).max() / mesh.extent.max())
+    if times > _LARGE or times < _SMALL:
+        size = f"{times:,.0f} times" if times > 1.0 else f"1/{1.0 / times:,.0f}"
+        return (f"the occluder is {size} as long as the mesh; check that both have the same unit",)
+    if (low > last).any() or (high < first).any():
+        return (
+            "the occluder lies wholly beside the mesh; check that both have the same unit, up axis"
+            " and origin",
+        )
+    return ()
+
+
 def overrides_summary(overrides: Overrides) -> dict[str, Any] | None:
     """Drawn parts and open regions as a report has them; None where there are none."""
     if not overrides.drawn and not overrides.open and not len(overrides.viewers):

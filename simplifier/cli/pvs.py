@@ -377,7 +377,7 @@ def pvs_check(
             ("sets to what is seen", f"{found.excess:.3f}"),
             ("proven visible", f"{100.0 * found.proven_share:.1f} % of the sets"),
             ("culled", f"{100.0 * found.culled_share:.2f} % of the objects in the mean"),
-            ("bytes a cell", f"{found.row_bytes:,.0f}"),
+            ("bytes of a set", f"{found.row_bytes:,.0f}"),
         ]
         print_rows(f"{followed(scene).name}, {file}", rows, read.scene.warnings)
         for leak in found.leaks[:_SOME]:

@@ -104,6 +104,7 @@ def scene(
         also = {"transparent": transparent, "frame_triangles": frame_triangles, "path": digest}
         making = Making.of(scene_stamp(source), output, None, options, also=also)
         told = making.current()
+        ranked = told is None and frame_triangles is not None
         if told is None:
             from simplifier.cli.scene_making import make_scene  # what is current need not load
             from simplifier.pools import pool_named
@@ -121,7 +122,9 @@ def scene(
             write_whole(packed, read_bytes(output / PACKED_FILE))
         print_rows(str(output), told["rows"], told["warnings"])
         print_closing(
-            _made(output, told), _NOT_MEASURED, _then(source, output, options, transparent)
+            _made(output, told, ranked=ranked),
+            _NOT_MEASURED,
+            _then(source, output, options, transparent),
         )
         print_json(told["figures"])
 
@@ -143,10 +146,11 @@ def _rare_collections() -> Iterator[None]:
 _NOT_MEASURED = "not measured yet: how much the occluders hide depends on the camera"
 
 
-def _made(output: Path, told: Mapping[str, Any]) -> str:
+def _made(output: Path, told: Mapping[str, Any], *, ranked: bool) -> str:
     made, kept = told["figures"]["made"], told["figures"]["kept"]
     if not made:
-        return f"nothing; all {count(kept, 'occluder')} in {output} are current"
+        new = "ranks alone" if ranked else "nothing"
+        return f"{new}; all {count(kept, 'occluder')} in {output} are current"
     return f"{count(made, 'occluder')} in {output}; {kept:,} were current"
 
 

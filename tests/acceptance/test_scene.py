@@ -116,6 +116,7 @@ def test_occluders_are_ranked_along_a_path_or_a_walk_and_not_without(here, tmp_p
     ranked = ("--frame-triangles", "40", "--path", str(tmp_path / "walk.json"))
     done = built(here, tmp_path, *ranked, "--packed", str(packed))
     assert (done.returncode, done.stderr) == (0, "")
+    assert "made: ranks alone; all " in done.stdout
     assert "occluders that 8 views drew" in " ".join(done.stdout.replace("│", " ").split())
     tree = simplifier.load_packed_tree(packed)
     assert tree.about["frame_triangles"] == 40

@@ -73,24 +73,25 @@ async def _read(visitor: Visitor, asset_id: str, job_id: str | None) -> AssetDet
 def _show(visitor: Visitor, detail: AssetDetail) -> None:
     if detail.run is None:
         ui.label("No run of this asset has succeeded yet. Submit a mesh under its name.")
-        _demand(visitor, detail.asset)
+        _demand(visitor, detail)
         return
     shown = detail.run.job.id
     holds = next((line.holds for line in detail.history if line.job_id == shown), None)
 
     def beside() -> None:
-        _demand(visitor, detail.asset, shown)
+        _demand(visitor, detail, shown)
 
     run_panels(detail.run, holds, beside=beside)
     history_panel(detail.asset, detail.history, shown)
 
 
-def _demand(visitor: Visitor, asset: Asset, job_id: str | None = None) -> None:
+def _demand(visitor: Visitor, detail: AssetDetail, job_id: str | None = None) -> None:
     """What is demanded, a way to change it for those who may, and where to go on from a run."""
+    asset = detail.asset
     with ui.element("div").classes("row-of-controls"):
         ui.label(_words(asset.demanded)).classes("quiet")
         if current_caller().may_curate:
-            subject = Subject(asset.name, asset.id, asset.thresholds, {})
+            subject = Subject(asset.name, asset.id, asset.thresholds, detail.folders)
             ui.button(
                 "Thresholds", on_click=lambda: open_thresholds(visitor, subject, _reload)
             ).props("no-caps outline dense")

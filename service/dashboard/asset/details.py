@@ -9,7 +9,7 @@ from typing import Any, Protocol, cast
 
 from service.dashboard.view_map import Axis
 from service.dashboard.views import View, views_of
-from service.jobs.asset import Asset, AssetStore
+from service.jobs.asset import Asset, AssetStore, Thresholds
 from service.jobs.job import OVERRIDES_FILE, Job, JobKind
 from service.jobs.on_demand import LOSS, ORIGINAL
 from service.jobs.stores import BlobStore, JobStore
@@ -138,11 +138,15 @@ class RunLine:
 
 @dataclass(frozen=True)
 class AssetDetail:
-    """An asset, its latest runs, newest first, and one of them in full; None where none is."""
+    """An asset, its latest runs, newest first, and one of them in full; None where none is.
+
+    ``folders``  the thresholds of all folders, by path.
+    """
 
     asset: Asset
     history: tuple[RunLine, ...]
     run: RunDetail | None
+    folders: Mapping[str, Thresholds]
 
 
 def read_asset(
@@ -157,7 +161,8 @@ def read_asset(
     history = tuple(run_line(stores, asset, job) for job in runs)
     if job_id is None:
         job_id = asset.latest.id if asset.latest else None
-    return AssetDetail(asset, history, read_run(stores, tenant, job_id) if job_id else None)
+    run = read_run(stores, tenant, job_id) if job_id else None
+    return AssetDetail(asset, history, run, stores.assets.folder_thresholds(tenant))
 
 
 def read_run(stores: Stores, tenant: str, job_id: str) -> RunDetail:

@@ -23,7 +23,7 @@ from tests.service.dashboard.legibility import covered_texts, faint_texts, overf
 from tests.service.dashboard.results import JobResult, castle_result
 from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.serving import IDLE, served
-from tests.service.dashboard.stock import stocked
+from tests.service.dashboard.stock import TENANT, stocked
 from tests.service.dashboard.viewer_pages import kinds, pixels, settle, shown, yellow
 
 HOSTILE = "</title><script>window.hit = 1</script><img src=x onerror='hit = 1'>{{ hit }} \u202e" + (
@@ -44,6 +44,7 @@ class Filled:
     second: str
     failed: str
     lean: str
+    below: str
 
 
 @pytest.fixture(scope="module")
@@ -66,12 +67,14 @@ def filled(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Itera
             stock.demand(HOSTILE, Thresholds()),
             stock.demand("props/new", Thresholds()),
         )
+        below = stock.demand("town/gate", Thresholds())
+        stock.assets.set_folder_thresholds(TENANT, "town", Thresholds(min_recall=0.7))
     environment = {
         "OCCLUDER_DATA": str(folder), "OCCLUDER_WORKERS": "1", "OCCLUDER_MIN_FREE": "0",
         **IDLE,
     }  # fmt: skip
     with served("tests.service.dashboard.application:make_app()", environment) as address:
-        yield Filled(address, *assets, first.id, second.id, failed.id, lean.id)
+        yield Filled(address, *assets, first.id, second.id, failed.id, lean.id, below)
 
 
 @pytest.mark.vital
@@ -166,6 +169,13 @@ def test_thresholds_turn_an_asset_red(page: Page, filled: Filled) -> None:
     page.get_by_role("button", name="Save").click()
     expect(page.locator(".numbers .bad")).to_have_text("missed")
     expect(page.locator(".history .bad")).to_have_count(2)
+
+
+def test_the_dialog_shows_the_limits_of_the_folder(page: Page, filled: Filled) -> None:
+    page.goto(f"{filled.address}/assets/{filled.below}")
+    page.get_by_role("button", name="Thresholds").click()
+    expect(page.get_by_label("Minimum recall")).to_have_attribute("placeholder", "70")
+    expect(page.get_by_label("Minimum precision")).to_have_attribute("placeholder", "no limit")
 
 
 def test_two_runs_are_chosen_and_compared(page: Page, filled: Filled, tmp_path: Path) -> None:

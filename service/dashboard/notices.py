@@ -16,9 +16,32 @@ def tell(text: str) -> None:
     ui.notify(text, position="bottom", type="positive")
 
 
+_CLOSE = {"label": "Close", "color": "white", "noCaps": True}
+"""Said in full: a button of no colour takes the accent, which cannot be seen on red."""
+
+
 def warn(text: str) -> None:
     """That something was not done; it stays until it is read."""
-    ui.notify(text, position="bottom", type="negative", timeout=0, close_button="Close")
+    ui.notify(text, position="bottom", type="negative", timeout=0, actions=[_CLOSE])
+
+
+class StandingWarning:
+    """At most one at a time, which stays until it is read or no longer true."""
+
+    def __init__(self) -> None:
+        self._shown: ui.notification | None = None
+
+    def show(self, text: str) -> None:
+        """In place of the one before."""
+        self.take_away()
+        self._shown = ui.notification(
+            text, position="bottom", type="negative", timeout=None, actions=[_CLOSE]
+        )
+
+    def take_away(self) -> None:
+        if self._shown is not None and not self._shown.is_deleted:
+            self._shown.dismiss()
+        self._shown = None
 
 
 @contextmanager

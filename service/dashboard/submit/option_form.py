@@ -6,9 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from nicegui import ui
+from nicegui.element import Element
 from nicegui.elements.mixins.validation_element import ValidationElement
 from nicegui.elements.mixins.value_element import ValueElement
 
+from service.dashboard.notices import StandingWarning
 from service.dashboard.submit.typed import ReadForm, Typed, read_typed, typed_value
 from service.schemas.options import OptionTable
 from simplifier import OptionField
@@ -29,8 +31,11 @@ class OptionForm:
     ) -> None:
         self._table, self._on_change = table, on_change
         self._controls: dict[str, ValueElement[Any]] = {}
+        self._warning = StandingWarning()
+        self._sought: str | None = None  # where to go once "More settings" is unfolded
         fields = {one.name: one for one in table.fields}
         shown = [fields[name] for name in first] if first else list(table.fields)
+        self._first = frozenset(one.name for one in shown)
         with ui.element("div").classes("option-grid"):
             for field in shown:
                 self._add(field)
@@ -39,6 +44,7 @@ class OptionForm:
         if rest:
             with ui.expansion("More settings").classes("more-settings") as self._more:
                 self._more.props('dense expand-separator header-class="panel-title"')
+                self._more.on("after-show", self._go_on)
                 with ui.element("div").classes("option-grid"):
                     for field in rest:
                         self._add(field)
@@ -73,16 +79,30 @@ class OptionForm:
         other = [text for name, text in form.faults.items() if not self._shows(name)]
         self._fault.text = " ".join(other)
         self._fault.set_visibility(bool(other))
+        if not form.faults:
+            self._warning.take_away()
         return form
 
     def show_faults(self, form: ReadForm) -> None:
-        """Go to the first control that is wrong."""
-        for name, control in self._controls.items():
-            if name in form.faults:
-                if self._more is not None:
-                    self._more.value = True
-                control.run_method("focus")
-                return
+        """Say that something is wrong, and go to the first control that is."""
+        self._warning.show("Some settings are wrong. See the messages beside them.")
+        name = next((name for name in self._controls if name in form.faults), None)
+        if name is None:
+            _bring_into_sight(self._fault)
+        elif name not in self._first and self._more is not None and not self._more.value:
+            self._sought = name
+            self._more.value = True
+        else:
+            self._go_to(name)
+
+    def _go_on(self) -> None:
+        if self._sought is not None:
+            self._go_to(self._sought)
+            self._sought = None
+
+    def _go_to(self, name: str) -> None:
+        self._controls[name].run_method("focus")
+        _bring_into_sight(self._controls[name])  # which Quasar's focus does not
 
     def _changed(self) -> None:
         self.read()
@@ -99,6 +119,11 @@ class OptionForm:
             if field.kind == "flag":
                 ui.label(field.help).classes("option-help").props(f"id=help-{field.name}")
                 control.props(f"aria-describedby=help-{field.name}")
+
+
+def _bring_into_sight(element: Element) -> None:
+    # NiceGUI's own number of the element, and no text from outside.
+    ui.run_javascript(f"getHtmlElement({element.id}).scrollIntoView({{block: 'center'}})")
 
 
 def _typing(field: OptionField) -> ui.input:

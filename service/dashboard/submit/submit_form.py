@@ -15,7 +15,6 @@ from nicegui.events import GenericEventArguments
 from service.dashboard.asset.panels import file_size
 from service.dashboard.jobs.live_job import LiveJob
 from service.dashboard.links import keep_in_address
-from service.dashboard.notices import warn
 from service.dashboard.submit.intake import COMMON, Intake
 from service.dashboard.submit.option_form import OptionForm
 from service.dashboard.submit.remembered import Remembered
@@ -68,7 +67,6 @@ class SubmitForm:
         form = self._form.read()
         if form.faults:
             self._form.show_faults(form)
-            warn("Some settings are wrong. See the messages beside them")
             return
         self._button.disable()
         self._words.text = "Sending"

@@ -16,7 +16,7 @@ from nicegui import ui
 from service.access.key import Scope
 from service.dashboard.frame import page_frame
 from service.dashboard.jobs.live_job import LiveJob
-from service.dashboard.notices import showing_refusals, showing_unknown, warn
+from service.dashboard.notices import showing_refusals, showing_unknown
 from service.dashboard.submit.intake import COMMON, INTAKES, MESHES, SCENES, Intake
 from service.dashboard.submit.option_form import OptionForm
 from service.dashboard.submit.submit_form import SubmitForm
@@ -111,7 +111,6 @@ class AgainForm:
         form = self._form.read()
         if form.faults:
             self._form.show_faults(form)
-            warn("Some settings are wrong. See the messages beside them")
             return
 
         def again() -> str:

@@ -12,7 +12,7 @@ from service.access.key import Scope
 from service.dashboard.frame import page_frame, panel
 from service.dashboard.jobs.job_lines import JobLine
 from service.dashboard.jobs.live_job import LiveJob
-from service.dashboard.notices import showing_refusals, showing_unknown, warn
+from service.dashboard.notices import showing_refusals, showing_unknown
 from service.dashboard.submit.option_form import OptionForm
 from service.dashboard.tradeoff.chart import TradeoffChart, show_points
 from service.dashboard.tradeoff.points import Tradeoff, tradeoff_of
@@ -124,7 +124,6 @@ class SweepPanel:
         form = self._form.read()
         if form.faults:
             self._form.show_faults(form)
-            warn("Some settings are wrong. See the messages beside them")
             return
 
         await self._sweep(form.resolved)

@@ -229,6 +229,56 @@ def test_a_fault_stands_beside_its_setting_as_one_types(
     expect(page.get_by_text("0 is out of range")).to_have_count(0)
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_a_warning_can_be_closed_and_goes_once_nothing_is_wrong(
+    page: Page, working: str, mesh: Path, scheme: str
+) -> None:
+    page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
+    page.goto(f"{working}/submit")
+    page.get_by_label("Meshes").set_input_files(mesh)
+    budget, send = (
+        page.get_by_label("Budget", exact=True),
+        page.get_by_role("button", name="Submit"),
+    )
+    warning = page.locator(".q-notification").filter(has_text="Some settings are wrong.")
+    budget.fill("abc")
+    send.click()
+    expect(warning).to_be_visible()
+    page.wait_for_timeout(500.0)  # until nothing fades any more
+    assert faint_texts(page) == []
+    warning.get_by_role("button", name="Close").click()
+    expect(warning).to_have_count(0)
+    for _ in range(2):  # it stands there once
+        send.click()
+    expect(warning).to_have_count(1)
+    budget.fill("12")
+    expect(warning).to_have_count(0)
+    budget.fill("abc")
+    send.click()
+    expect(warning).to_have_count(1)
+    page.get_by_role("button", name="Defaults").click()
+    expect(warning).to_have_count(0)
+
+
+def test_the_page_goes_to_the_setting_that_is_wrong(page: Page, working: str, mesh: Path) -> None:
+    page.goto(f"{working}/submit")
+    page.get_by_label("Meshes").set_input_files(mesh)
+    page.set_viewport_size({"width": 820, "height": 600})
+    budget, seed = page.get_by_label("Budget", exact=True), page.get_by_label("Seed")
+    page.get_by_text("More settings").click()
+    budget.fill("abc")
+    page.get_by_role("button", name="Submit").click()
+    expect(budget).to_be_focused()
+    expect(budget).to_be_in_viewport(ratio=1.0)
+    budget.fill("12")
+    seed.fill("abc")
+    page.get_by_text("More settings").click()
+    expect(seed).to_be_hidden()
+    page.get_by_role("button", name="Submit").click()
+    expect(seed).to_be_focused()  # unfolded again
+    expect(seed).to_be_in_viewport(ratio=1.0)
+
+
 def test_a_refused_upload_says_why_and_can_be_sent_again(
     page: Page, working: str, watch: Watch, tmp_path: Path
 ) -> None:

@@ -23,6 +23,7 @@ from service.storage.key_store import SqlKeyStore
 from service.storage.sqlite import SqliteDatabase
 from tests.service.dashboard.accessibility import faint_texts, nameless_controls, tabbed_to
 from tests.service.dashboard.chromium import DESKTOP, TABLET, Watch
+from tests.service.dashboard.legibility import overflows
 from tests.service.dashboard.screenshots import keep_picture
 from tests.service.dashboard.seeding import Past, made_up, seed_assets
 from tests.service.dashboard.serving import IDLE, served
@@ -326,6 +327,15 @@ def test_a_failed_upload_leads_to_its_job(studio: Studio, page: Page) -> None:
     expect(page.get_by_text("1 shown")).to_be_visible()
     row_of(page, "props/broken").get_by_role("link", name="Why the latest upload").click()
     expect(page.get_by_text("It ends too soon.").first).to_be_visible()
+
+
+@pytest.mark.parametrize("width", [1440, 1280, 820, 390])
+def test_a_name_without_a_gap_is_broken(studio: Studio, page: Page, width: int) -> None:
+    page.set_viewport_size({"width": width, "height": 900})
+    studio.open(page, "hostile")
+    expect(page.get_by_text(f"{len(HOSTILE)} shown")).to_be_visible()
+    expect(row_of(page, "x" * 300)).to_be_visible()
+    assert not overflows(page)
 
 
 def test_new_results_and_assets_appear_by_themselves(studio: Studio, page: Page) -> None:

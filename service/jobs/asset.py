@@ -138,7 +138,11 @@ class RunPage:
 
 @dataclass(frozen=True, slots=True)
 class RunNumbers:
-    """What a list of thousands of assets shows of a run; whether it has a thumbnail."""
+    """What a list of thousands of assets shows of a run.
+
+    ``pictured``    whether it has a thumbnail.
+    ``evaluation``  whether its occluder was made elsewhere, and measured here.
+    """
 
     job_id: str
     created: float
@@ -152,6 +156,7 @@ class RunNumbers:
     overhang: float | None
     verdict: str | None
     pictured: bool = False
+    evaluation: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -104,6 +104,7 @@ def numbers_of(row: Row[Any]) -> RunNumbers:
         overhang=row.overhang,
         verdict=row.verdict,
         pictured=bool(row.pictured),
+        evaluation=row.kind is JobKind.EVALUATION,
     )
 
 
@@ -215,6 +216,7 @@ def _numbers() -> tuple[ColumnElement[Any], ...]:
     return (
         JobRow.id.label("job_id"),
         JobRow.created.label("created"),
+        JobRow.kind.label("kind"),
         *(summary[name].as_integer().label(name) for name in whole),
         *(summary[name].as_float().label(name) for name in shares),
         summary["verdict"].as_string().label("verdict"),

@@ -14,16 +14,19 @@ from service.dashboard.asset.history_chart import history_chart
 from service.dashboard.asset.panels import run_panels
 from service.dashboard.changes.thresholds_dialog import Subject, open_thresholds
 from service.dashboard.frame import page_frame, panel
+from service.dashboard.jobs.words import KINDS
 from service.dashboard.links import Address, keep_in_address
 from service.dashboard.notices import showing_unknown
 from service.dashboard.visitor import Visitor, current_caller, current_visitor
 from service.dashboard.wording import overhang, percent, seconds, whole
 from service.jobs.asset import Asset, Thresholds
+from service.jobs.job import JobKind
 
 _SELDOM = {"classes": "seldom", "headerClasses": "seldom"}
 """Columns that phones have no room for."""
 _COLUMNS: list[dict[str, Any]] = [
     {"name": "when", "label": "Run (UTC)", "field": "when", "align": "left", "sortable": True},
+    {"name": "kind", "label": "Kind", "field": "kind", "align": "left"},
     {"name": "verdict", "label": "Verdict", "field": "verdict", "align": "left"},
     {"name": "recall", "label": "Recall", "field": "recall"},
     {"name": "precision", "label": "Precision", "field": "precision"},
@@ -77,6 +80,11 @@ def _show(visitor: Visitor, detail: AssetDetail) -> None:
         return
     shown = detail.run.job.id
     holds = next((line.holds for line in detail.history if line.job_id == shown), None)
+
+    if detail.run.job.kind is JobKind.EVALUATION:
+        ui.label(
+            "This run is an evaluation. Its occluder was made elsewhere and measured here."
+        ).classes("evaluation-note")
 
     def beside() -> None:
         _demand(visitor, detail, shown)
@@ -185,6 +193,7 @@ def _row(asset_id: str, line: RunLine, shown: str) -> dict[str, Any]:
         "address": f"/assets/{asset_id}?{urlencode({'run': line.job_id})}",
         "shown": line.job_id == shown,
         "when": f"{line.created:%Y-%m-%d %H:%M:%S}",
+        "kind": KINDS[line.kind],
         "recall": percent(line.recall),
         "precision": percent(line.precision, 2),
         "worst": percent(line.worst_recall),

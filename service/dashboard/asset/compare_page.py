@@ -16,12 +16,14 @@ from service.dashboard.asset.comparison import (
 from service.dashboard.asset.details import RunDetail
 from service.dashboard.asset.view_panels import ShowView, viewer_panel
 from service.dashboard.frame import page_frame, panel
+from service.dashboard.jobs.words import KINDS
 from service.dashboard.notices import showing_unknown
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.view_map import Axis
 from service.dashboard.visitor import Visitor, current_visitor
 from service.dashboard.wording import moment, percent, viewpoint
 
+_ID_DIGITS = 8
 _LOOKS = {True: "good", False: "bad", None: ""}
 
 
@@ -66,7 +68,9 @@ def _show(compared: ComparedRuns) -> None:
 
 
 def _run(letter: str, detail: RunDetail) -> str:
-    return f"{letter}: {moment(detail.job.created)}"
+    """With the begin of the job's id, since two runs may be of the same second."""
+    job = detail.job
+    return f"{letter}: {moment(job.created)}, {KINDS[job.kind]}, job {job.id[:_ID_DIGITS]}"
 
 
 def _numbers(numbers: Sequence[NumberChange]) -> None:

@@ -119,10 +119,12 @@ class RunDetail:
 class RunLine:
     """A run in the history.
 
+    ``kind``     tells an evaluation of an occluder made elsewhere from a run of our own.
     ``options``  those that are not as by default, in words.
     """
 
     job_id: str
+    kind: JobKind
     created: datetime
     version: str
     precision: float | None
@@ -191,6 +193,7 @@ def run_line(stores: Stores, asset: Asset, job: Job) -> RunLine:
     assert summary is not None, "runs are jobs that have succeeded"
     return RunLine(
         job_id=job.id,
+        kind=job.kind,
         created=datetime.fromtimestamp(job.created, UTC),
         version=job.version,
         precision=summary.precision,

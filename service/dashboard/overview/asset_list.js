@@ -185,6 +185,9 @@ export default {
                 v-for="part in parts(row.name)">{{ part }}<wbr /></template></a>
               <a v-if="row.failed" class="failed-link" :href="'/jobs/' + row.failed"
                  :aria-label="'Why the latest upload of ' + row.name + ' failed'">upload failed</a>
+              <span v-if="row.evaluation" class="evaluation-mark"
+                    title="The occluder of the latest run was made elsewhere and measured here."
+                >evaluation</span>
             </td>
             <td v-for="column in visible" :key="column.id" :class="looks(column)"
                 :data-column="column.id" :data-label="column.title">

@@ -92,7 +92,7 @@ def rows_of(overview: Overview, most: int | None = None) -> dict[str, Any]:
 _NAMES = (
     "id", "name", "job", "pictured", "failed", "holds", "verdict", "precision", "recall",
     "recalls", "worst", "worstView", "overhang", "input", "triangles", "seconds", "created",
-    "worse",
+    "worse", "evaluation",
 )  # fmt: skip
 
 
@@ -103,13 +103,14 @@ def _row(line: AssetLine, worse: Collection[str]) -> list[Any]:
     if run is None:
         return [
             line.id, line.name, None, False, line.failed, line.holds, None, None, None, recalls,
-            *[None] * 7, False,
+            *[None] * 7, False, False,
         ]  # fmt: skip
     return [
         line.id, line.name, run.job_id, run.pictured, line.failed, line.holds, run.verdict,
         _at_least(run.precision), _at_least(run.recall), recalls, _at_least(run.worst_recall),
         run.worst_view, _at_most(run.overhang), run.input_triangles, run.triangles,
         round(run.seconds, 2), round(run.created), line.id in worse,
+        run.evaluation,
     ]  # fmt: skip
 
 

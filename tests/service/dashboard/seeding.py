@@ -29,6 +29,7 @@ class Past:
     input_triangles: int = 5000
     seconds: float = 1.5
     overhang: float | None = 0.0042
+    kind: JobKind = JobKind.OCCLUDER
 
 
 def seed_assets(
@@ -104,7 +105,7 @@ def _runs(past: Past, asset: int, tenant: str, now: float) -> Iterator[dict[str,
             warnings=("the mesh is open; its base was closed",),
         )
         yield {
-            "id": new_id(), "tenant": tenant, "kind": JobKind.OCCLUDER,
+            "id": new_id(), "tenant": tenant, "kind": past.kind,
             "state": JobState.SUCCEEDED, "name": "mesh.glb", "options": {"budget": 64},
             "version": "1.0", "work_key": new_id(), "created": created, "started": created,
             "ended": created + 2.0, "attempt": 1, "attempts": 3, "asset_number": asset,

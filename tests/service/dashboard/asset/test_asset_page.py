@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import zipfile
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from service.dashboard.colours import STOPS
 from service.jobs.asset import Thresholds
-from service.jobs.job import Failure
+from service.jobs.job import Failure, JobKind
 from service.keep import Keep
 from simplifier import OCCLUDER_SUFFIXES
 from tests.service.dashboard.addresses import expect_kept
@@ -45,6 +45,9 @@ class Filled:
     failed: str
     lean: str
     below: str
+    judged: str
+    ours: str
+    elsewhere: str
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +60,11 @@ def filled(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Itera
             castle, asset=HOSTILE, warnings=("<b>a hole</b> at {{ 1 + 1 }}",), verdict="unusable",
             reason="it hides <i>nothing</i>", try_next="run <b>this</b> {{ 1 + 1 }}",
         )  # fmt: skip
+        ours = stock.run(castle, asset="props/judged")
+        elsewhere = stock.run(
+            replace(castle, kind=JobKind.EVALUATION, options={"views": 64, "up": "y"}),
+            asset="props/judged",
+        )
         failed = stock.failure(
             castle,
             Failure("out-of-memory", "the job used more than 64 MiB", "lower the resolution"),
@@ -67,6 +75,7 @@ def filled(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Itera
             stock.demand(HOSTILE, Thresholds()),
             stock.demand("props/new", Thresholds()),
         )
+        judged = stock.demand("props/judged", Thresholds())
         below = stock.demand("town/gate", Thresholds())
         stock.assets.set_folder_thresholds(TENANT, "town", Thresholds(min_recall=0.7))
     environment = {
@@ -74,7 +83,10 @@ def filled(tmp_path_factory: pytest.TempPathFactory, castle: JobResult) -> Itera
         **IDLE,
     }  # fmt: skip
     with served("tests.service.dashboard.application:make_app()", environment) as address:
-        yield Filled(address, *assets, first.id, second.id, failed.id, lean.id, below)
+        yield Filled(
+            address, *assets, first.id, second.id, failed.id, lean.id, below, judged, ours.id,
+            elsewhere.id,
+        )  # fmt: skip
 
 
 @pytest.mark.vital
@@ -197,6 +209,23 @@ def test_two_runs_are_chosen_and_compared(page: Page, filled: Filled, tmp_path: 
         settle(host)
         assert {1, 2, 3} <= set(kinds(pixels(host)).ravel().tolist())
     keep_picture(page, "dashboard_compare", tmp_path)
+
+
+def test_an_evaluation_is_told_from_a_run_of_ours(page: Page, filled: Filled) -> None:
+    page.goto(f"{filled.address}/assets/{filled.judged}")
+    note = page.get_by_text("This run is an evaluation.")
+    expect(note).to_be_visible()
+    runs = page.locator(".history tbody tr")
+    for place, kind in enumerate(("evaluation", "occluder")):
+        expect(runs.nth(place).get_by_text(kind, exact=True)).to_be_visible()
+    assert not overflows(page)
+    page.goto(f"{filled.address}/assets/{filled.judged}?run={filled.ours}")
+    expect(page.locator(".engine-verdict")).to_be_visible()
+    expect(note).to_have_count(0)
+    page.goto(f"{filled.address}/compare?a={filled.ours}&b={filled.elsewhere}")
+    for job, kind in ((filled.ours, "occluder"), (filled.elsewhere, "evaluation")):
+        told = re.compile(f"^[AB]: .* UTC, {kind}, job {job[:8]}$")
+        expect(page.get_by_role("heading", name=told)).to_be_visible()
 
 
 def test_a_run_that_has_kept_little_says_so_and_is_seen_all_the_same(

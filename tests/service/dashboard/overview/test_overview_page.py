@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 
 from service.access.key import Scope
 from service.jobs.asset import Thresholds
-from service.jobs.job import Failure
+from service.jobs.job import Failure, JobKind
 from service.storage.database import Database
 from service.storage.job_store import SqlJobStore
 from service.storage.key_store import SqlKeyStore
@@ -92,9 +92,20 @@ def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
             Past("c/old", (0.8,), overhang=None),
         ]  # fmt: skip
         seed_assets(database, judged, now, "limits")
+        by_hand = Past("props/by_hand", (0.8, 0.9), kind=JobKind.EVALUATION)
+        seed_assets(database, [Past("props/ours", (0.8,)), by_hand], now, "elsewhere")
         keys = {
             tenant: store.create(tenant, "artist", Scope.ADMIN)[1]
-            for tenant in ("many", "pictured", "hostile", "few", "none", "limits", "changed")
+            for tenant in (
+                "elsewhere",
+                "many",
+                "pictured",
+                "hostile",
+                "few",
+                "none",
+                "limits",
+                "changed",
+            )
         }
         keys["guest"] = store.create("guest", "reader", Scope.READ)[1]
         surroundings = {
@@ -327,6 +338,13 @@ def test_a_failed_upload_leads_to_its_job(studio: Studio, page: Page) -> None:
     expect(page.get_by_text("1 shown")).to_be_visible()
     row_of(page, "props/broken").get_by_role("link", name="Why the latest upload").click()
     expect(page.get_by_text("It ends too soon.").first).to_be_visible()
+
+
+def test_an_occluder_made_elsewhere_is_told_from_ours(studio: Studio, page: Page) -> None:
+    studio.open(page, "elsewhere")
+    expect(page.get_by_text("2 shown")).to_be_visible()
+    expect(row_of(page, "props/by_hand").get_by_text("evaluation", exact=True)).to_be_visible()
+    expect(row_of(page, "props/ours").get_by_text("evaluation", exact=True)).to_have_count(0)
 
 
 @pytest.mark.parametrize("width", [1440, 1280, 820, 390])

@@ -81,7 +81,7 @@ class ViewMap(Element, component="view_map.js"):
             "y": round(y, 4),
             "colour": css(scale.colour(view.share(measure))),
             "text": f"View {view.index}, {viewpoint(view.direction, self._up)}: recall "
-            f"{percent(view.recall)}, precision {percent(view.precision, 2)}",
+            f"{percent(view.recall)}, precision {percent(view.precision)}",
         }
 
 

@@ -104,7 +104,7 @@ export default {
       return (
         `Colour: the share of what ${this.lossViews.toLocaleString("en")} views see of a place ` +
         `that the occluder does not cover. Over the whole mesh: ` +
-        `${(100 * this.lossShare).toFixed(1)} %. Measured on the finest level.`
+        `${(100 * this.lossShare).toFixed(2)} %. Measured on the finest level.`
       );
     },
     legend() {

@@ -15,8 +15,11 @@ VERDICT_CLASSES = {"good": "good", "weak": "doubt", "unusable": "bad"}
 """How a verdict looks, by its word."""
 
 
-def percent(share: float | None, digits: int = 1) -> str:
-    """A share of 0 to 1, never more than it is: 98.99 % does not reach 99, nor 99.99 all."""
+def percent(share: float | None, digits: int = 2) -> str:
+    """A share of 0 to 1, never more than it is: 98.99 % does not reach 99, nor 99.99 all.
+
+    ``digits``  fewer only of what changes while one looks; all else has the same everywhere.
+    """
     return _UNKNOWN if share is None else wording.percent(share, digits)
 
 
@@ -33,6 +36,16 @@ def overhang(share: float | None) -> str:
 def length(value: float | None) -> str:
     """In the mesh's units."""
     return _UNKNOWN if value is None or not math.isfinite(value) else wording.length(value)
+
+
+def lengths_alike(values: Sequence[float]) -> list[str]:
+    """Lengths of one column: all with the decimals that :func:`length` gives the largest."""
+    largest = length(max(map(abs, values), default=0.0))
+    if "e" in largest:
+        return [length(value) for value in values]
+    decimals = len(largest.partition(".")[2])
+    # Adding nothing makes -0.0, which would read "-0.0", a plain zero.
+    return [f"{round(value, decimals) + 0.0:,.{decimals}f}" for value in values]
 
 
 def distance_range(level: int, starts: Sequence[float | None]) -> str:

@@ -12,14 +12,14 @@ from nicegui import ui
 from service.dashboard.asset.details import AssetDetail, RunLine, read_asset
 from service.dashboard.asset.history_chart import history_chart
 from service.dashboard.asset.panels import run_panels
-from service.dashboard.changes.thresholds_dialog import Subject, open_thresholds
+from service.dashboard.changes.thresholds_dialog import Subject, open_thresholds, thresholds_words
 from service.dashboard.frame import page_frame, panel
 from service.dashboard.jobs.words import KINDS
 from service.dashboard.links import Address, keep_in_address
 from service.dashboard.notices import showing_unknown
 from service.dashboard.visitor import Visitor, current_caller, current_visitor
 from service.dashboard.wording import overhang, percent, seconds, whole
-from service.jobs.asset import Asset, Thresholds
+from service.jobs.asset import Asset
 from service.jobs.job import JobKind
 
 _SELDOM = {"classes": "seldom", "headerClasses": "seldom"}
@@ -33,7 +33,7 @@ _COLUMNS: list[dict[str, Any]] = [
     {"name": "worst", "label": "Worst view", "field": "worst", **_SELDOM},
     {"name": "overhang", "label": "Overhang", "field": "overhang", **_SELDOM},
     {"name": "triangles", "label": "Triangles", "field": "triangles", **_SELDOM},
-    {"name": "time", "label": "Time", "field": "time", **_SELDOM},
+    {"name": "time", "label": "Run time", "field": "time", **_SELDOM},
     {"name": "holds", "label": "Thresholds", "field": "holds", "align": "left"},
     {"name": "options", "label": "Options", "field": "options", "align": "left", **_SELDOM},
     {"name": "version", "label": "Version", "field": "version", "align": "left", **_SELDOM},
@@ -97,7 +97,7 @@ def _demand(visitor: Visitor, detail: AssetDetail, job_id: str | None = None) ->
     """What is demanded, a way to change it for those who may, and where to go on from a run."""
     asset = detail.asset
     with ui.element("div").classes("row-of-controls"):
-        ui.label(_words(asset.demanded)).classes("quiet")
+        ui.label(thresholds_words(asset.demanded)).classes("quiet")
         if current_caller().may_curate:
             subject = Subject(asset.name, asset.id, asset.thresholds, detail.folders)
             ui.button(
@@ -106,14 +106,6 @@ def _demand(visitor: Visitor, detail: AssetDetail, job_id: str | None = None) ->
         if job_id is not None:
             ui.link("Speed against accuracy", f"/tradeoff/{asset.id}")
             ui.link("Run again with other settings", f"/submit?from={job_id}")
-
-
-def _words(thresholds: Thresholds) -> str:
-    pairs = [("precision", thresholds.min_precision), ("recall", thresholds.min_recall)]
-    asked = [f"{name} {percent(least, 2)}" for name, least in pairs if least is not None]
-    if thresholds.max_overhang is not None:
-        asked.append(f"overhang up to {overhang(thresholds.max_overhang)}")
-    return f"Thresholds: {', '.join(asked)}." if asked else "No thresholds set."
 
 
 async def _reload() -> None:
@@ -195,7 +187,7 @@ def _row(asset_id: str, line: RunLine, shown: str) -> dict[str, Any]:
         "when": f"{line.created:%Y-%m-%d %H:%M:%S}",
         "kind": KINDS[line.kind],
         "recall": percent(line.recall),
-        "precision": percent(line.precision, 2),
+        "precision": percent(line.precision),
         "worst": percent(line.worst_recall),
         "overhang": overhang(line.overhang),
         "verdict": line.verdict or "",

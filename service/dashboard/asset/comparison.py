@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from service.dashboard.asset.details import RunDetail, Stores, read_run
+from service.dashboard.jobs.words import option_words
 from service.dashboard.views import View
 from service.dashboard.wording import length, overhang, percent, points, seconds, whole
 from service.errors import NotFoundError
@@ -103,14 +104,14 @@ def _numbers(a: Summary | None, b: Summary | None) -> list[NumberChange]:
     assert b is not None, "jobs that have succeeded have a summary"
     return [
         _change("Recall", a.recall, b.recall, percent, more_is_better=True, apart=points),
-        _change("Precision", a.precision, b.precision, _fine, more_is_better=True, apart=points),
+        _change("Precision", a.precision, b.precision, percent, more_is_better=True, apart=points),
         _change("Worst view's recall", a.worst_recall, b.worst_recall, percent,
                 more_is_better=True, apart=points),
         _change("Overhang", a.overhang, b.overhang, overhang, more_is_better=False,
                 apart=points),
         _change("Triangles", a.triangles, b.triangles, _whole, more_is_better=False),
         _change("Error bound", a.error_bound, b.error_bound, length, more_is_better=False),
-        _change("Time", a.seconds, b.seconds, seconds, more_is_better=False),
+        _change("Run time", a.seconds, b.seconds, seconds, more_is_better=False),
         _change("Levels", a.levels, b.levels, _whole),
         _change("Triangles of the original", a.input_triangles, b.input_triangles, _whole),
     ]  # fmt: skip
@@ -136,17 +137,13 @@ def _change(
     return NumberChange(name, words(a), words(b), f"{sign}{(apart or words)(abs(rise))}", better)
 
 
-def _fine(share: float) -> str:
-    return percent(share, 2)
-
-
 def _whole(value: float) -> str:
     return whole(int(value))
 
 
 def _options(a: Any, b: Any) -> list[tuple[str, str, str]]:
     return [
-        (name, _value_words(a.get(name)), _value_words(b.get(name)))
+        (name, option_words(a.get(name)), option_words(b.get(name)))
         for name in sorted({*a, *b})
         if a.get(name) != b.get(name)
     ]
@@ -165,7 +162,3 @@ def _file_words(file: JobFile | None) -> str:
     if file is None:
         return "-"
     return f"{file.label or file.name} ({file.blob.digest[:8]})"
-
-
-def _value_words(value: object) -> str:
-    return "-" if value is None else str(value)

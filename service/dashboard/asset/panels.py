@@ -40,7 +40,6 @@ from service.keep import Keep
 from service.schemas.result import LaterFile, Level, ResultFile
 
 _BAR = (90, 130, 180)
-_DIGITS = 2
 _CLOSED_BY = {
     "ground": "the ground",
     "smallest_hole": "openings below the smallest hole",
@@ -115,13 +114,13 @@ def numbers_panel(summary: Summary, holds: bool | None) -> None:
         if summary.recall is not None:
             show_number("Recall", percent(summary.recall))
         if summary.precision is not None:
-            show_number("Precision", percent(summary.precision, 2))
+            show_number("Precision", percent(summary.precision))
         if summary.worst_recall is not None:
             show_number("Worst view", percent(summary.worst_recall))
         if summary.overhang is not None:
             show_number("Overhang", overhang(summary.overhang))
         show_number("Triangles", f"{whole(summary.input_triangles)} to {whole(summary.triangles)}")
-        show_number("Time", seconds(summary.seconds))
+        show_number("Run time", seconds(summary.seconds))
         if holds is not None:
             words, look = ("met", "good") if holds else ("missed", "bad")
             show_number("Thresholds", words, look)
@@ -180,7 +179,7 @@ def _levels_table(levels: Sequence[Level]) -> None:
             table.text(level.verdict or "-", VERDICT_CLASSES.get(level.verdict or "", "quiet"))
             table.number(whole(level.triangles))
             table.number(percent(level.recall))
-            table.number(percent(level.precision, 2))
+            table.number(percent(level.precision))
             table.number(overhang(level.overhang))
             table.number(length(level.error_bound))
             table.number(distance_range(level.level, starts))
@@ -203,9 +202,9 @@ def histograms_panel(views: Sequence[View]) -> None:
             shares = [view.share(measure) for view in views]
             words = (
                 f"{measure.capitalize()}: half of {len(shares)} views have "
-                f"{percent(quantile(shares, 0.5), _DIGITS)} or more, one in twenty less than "
-                f"{percent(quantile(shares, 0.05), _DIGITS)}, the worst "
-                f"{percent(min(shares), _DIGITS)}."
+                f"{percent(quantile(shares, 0.5))} or more, one in twenty less than "
+                f"{percent(quantile(shares, 0.05))}, the worst "
+                f"{percent(min(shares))}."
             )
             ui.label(words)
             chart = LazyChart(_histogram_options(histogram(shares)), f"Histogram. {words}")

@@ -106,7 +106,7 @@ class _ControlledViewer:
     def _say_view(self, view: View) -> None:
         self._said.set_text(
             f"View {view.index}, {viewpoint(view.direction, self._up)}: recall"
-            f" {percent(view.recall)}, precision {percent(view.precision, 2)}, measured on"
+            f" {percent(view.recall)}, precision {percent(view.precision)}, measured on"
             " the finest level."
         )
 
@@ -187,4 +187,4 @@ class _ViewsPanel:
                     button.props("flat dense no-caps size=sm")
                 table.text(viewpoint(view.direction, self._up))
                 table.number(percent(view.recall))
-                table.number(percent(view.precision, 2))
+                table.number(percent(view.precision))

@@ -57,8 +57,8 @@ class BestPicture:
 def best_words(progress: JobProgress) -> str:
     """What the picture shows, in words."""
     return (
-        f"best so far after {seconds(progress.seconds)}: hides {percent(progress.measure)} of what "
-        "the original hides"
+        f"best so far after {seconds(progress.seconds)}: hides {percent(progress.measure, 1)} of"
+        " what the original hides"
     )
 
 
@@ -98,7 +98,7 @@ class MeasureLine:
             del self._points[1:-1:2]
         self._line.props["points"] = polyline(self._points)
         self._line.update()
-        self._words.text = f"hides {percent(measure)} of what the original hides, so far"
+        self._words.text = f"hides {percent(measure, 1)} of what the original hides, so far"
         self._box.set_visibility(True)
 
     def end(self) -> None:

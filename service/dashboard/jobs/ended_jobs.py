@@ -104,7 +104,7 @@ class EndedJobs:
                 ui.label("No jobs match this filter.").classes("quiet")
                 return
             columns = ["Mesh", "Asset", "Kind", "State", "Verdict", "#Precision", "#Recall",
-                       "#Overhang", "#Triangles", "#Time", "Ended", ""]  # fmt: skip
+                       "#Overhang", "#Triangles", "#Run time", "Ended", ""]  # fmt: skip
             with ui.element("div").classes("wide-table"):
                 table = PlainTable("Jobs that have ended", columns, seldom=_SELDOM)
             for line in page.lines:
@@ -116,7 +116,7 @@ class EndedJobs:
             name_cells(table, line)
             table.text(STATES[line.state], STATE_CLASSES[line.state])
             table.text(line.verdict or "", VERDICT_CLASSES.get(line.verdict or "", ""))
-            table.number(percent(line.precision, 2) if done else "")
+            table.number(percent(line.precision) if done else "")
             table.number(percent(line.recall) if done else "")
             table.number(overhang(line.overhang) if done else "")
             counted = done and line.kind is not JobKind.VISIBILITY

@@ -15,7 +15,7 @@ from service.dashboard.jobs.ended_jobs import retry_button
 from service.dashboard.jobs.job_lines import JobLine, line_of
 from service.dashboard.jobs.job_parts import show_failure
 from service.dashboard.jobs.live_job import LiveJob
-from service.dashboard.jobs.words import KINDS
+from service.dashboard.jobs.words import KINDS, option_words
 from service.dashboard.notices import showing_unknown
 from service.dashboard.plain_table import PlainTable
 from service.dashboard.visibility.sets_detail import SetsDetail, read_sets
@@ -99,20 +99,3 @@ def _options(options: Mapping[str, Any], defaults: Mapping[str, Any]) -> None:
             table.heading(name.replace("_", " "))
             table.text(option_words(value))
             table.text("" if value == defaults.get(name) else "chosen", "quiet")
-
-
-def option_words(value: Any) -> str:
-    """A value as people write it."""
-    match value:
-        case None:
-            return "-"
-        case bool():
-            return "yes" if value else "no"
-        case list():
-            return ", ".join(f"{one:g}" for one in value)
-        case float():
-            return f"{value:g}"
-        case int():
-            return f"{value:,}" if abs(value) < 10**9 else str(value)
-        case _:
-            return str(value)

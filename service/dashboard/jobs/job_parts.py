@@ -60,14 +60,14 @@ def _term(name: str) -> None:
 
 def _figures(line: JobLine) -> list[tuple[str, str]]:
     if line.kind is JobKind.VISIBILITY:
-        return [("time", seconds(line.seconds))]
+        return [("run time", seconds(line.seconds))]
     swept = line.kind is JobKind.TRADEOFF
     return [
         ("triangles", f"{line.triangles:,}" if line.triangles is not None else "-"),
-        ("its precision" if swept else "precision", percent(line.precision, 2)),
+        ("its precision" if swept else "precision", percent(line.precision)),
         ("best recall" if swept else "recall", percent(line.recall)),
         ("its overhang" if swept else "overhang", overhang(line.overhang)),
-        ("time", seconds(line.seconds)),
+        ("run time", seconds(line.seconds)),
     ]
 
 

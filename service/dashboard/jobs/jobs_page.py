@@ -85,7 +85,7 @@ class WaitingJobs:
         if not lines:
             ui.label("No jobs are running.").classes("quiet")
             return
-        columns = ["Mesh", "Asset", "Kind", "Progress", "#", "Stage", "#Time", ""]
+        columns = ["Mesh", "Asset", "Kind", "Progress", "#", "Stage", "#Run time", ""]
         with ui.element("div").classes("wide-table"):
             table = PlainTable("Jobs that run", columns)
         for line in lines:

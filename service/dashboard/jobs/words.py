@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from service.jobs.job import Failure, JobKind, JobState
 
@@ -76,3 +77,20 @@ def sentence(text: str) -> str:
         return ""
     named = text.partition(" ")[0].endswith(":")
     return f"{text[0] if named else text[0].upper()}{text[1:]}."
+
+
+def option_words(value: Any) -> str:
+    """A value as people write it."""
+    match value:
+        case None:
+            return "-"
+        case bool():
+            return "yes" if value else "no"
+        case list():
+            return ", ".join(f"{one:g}" for one in value)
+        case float():
+            return f"{value:g}"
+        case int():
+            return f"{value:,}" if abs(value) < 10**9 else str(value)
+        case _:
+            return str(value)

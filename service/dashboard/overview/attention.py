@@ -65,7 +65,7 @@ def gaps(demanded: Thresholds, run: RunNumbers) -> list[tuple[float, str]]:
             found.append((1.0, f"{name} was not measured; at least {exact_percent(least)} is set"))
         elif least is not None and value is not None and value < least:
             short = least - value
-            words = f"{name} is {percent(value, 2)}, {points(short)} below {exact_percent(least)}"
+            words = f"{name} is {percent(value)}, {points(short)} below {exact_percent(least)}"
             found.append((short, words))
     most = demanded.max_overhang
     if most is not None and run.overhang is None:
@@ -111,7 +111,7 @@ def _worse(overview: Overview) -> Iterator[Matter]:
 def _fall(change: Change) -> str:
     """The largest of its falls in words."""
     falls = [
-        (pair[0] - pair[1], f"{name} fell from {percent(pair[0], 2)} to {percent(pair[1], 2)}")
+        (pair[0] - pair[1], f"{name} fell from {percent(pair[0])} to {percent(pair[1])}")
         for name, pair in (("recall", change.recall), ("precision", change.precision))
         if pair is not None
     ]

@@ -6,7 +6,7 @@ const SERIES = [
   { name: "missed", symbol: "triangle", colour: "--bad" },
   { name: "others", symbol: "circle", colour: "--accent" },
 ];
-const percent = (share) => `${Math.floor(share * 10000 + 1e-6) / 100} %`;
+const percent = (share) => `${(Math.floor(share * 10000 + 1e-6) / 100).toFixed(2)} %`;
 
 export default {
   template: `

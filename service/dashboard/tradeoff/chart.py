@@ -32,7 +32,7 @@ _STANDINGS = {
 _COLUMNS = (
     "Setting",
     "#Budget",
-    "#Time",
+    "#Time to make the occluder",
     "#Recall",
     "#Precision",
     "#Overhang",
@@ -137,7 +137,7 @@ def _scatter(name: str, points: Sequence[Point], colour: str, symbol: str) -> di
 def _words(point: Point) -> str:
     return (
         f"{point.name}\n{side_by_side(point.seconds)}, recall {percent(point.recall)}, "
-        f"precision {percent(point.precision, 2)}, overhang {overhang(point.overhang)}, "
+        f"precision {percent(point.precision)}, overhang {overhang(point.overhang)}, "
         f"{point.triangles:,} triangles"
     )
 
@@ -159,7 +159,7 @@ def show_points(caption: str, points: Sequence[Point], precision: float, *, link
             table.number(whole(one.budget))
             table.number(side_by_side(one.seconds))
             table.number(percent(one.recall))
-            table.number(percent(one.precision, 2))
+            table.number(percent(one.precision))
             table.number(overhang(one.overhang))
             table.number(whole(one.triangles))
             table.text(_standing(one, precision), "good" if one.front else "quiet")

@@ -167,7 +167,7 @@ export default {
       });
       const place = `Cell ${cell}, around ${around.join(", ")}`;
       if (size < 0) return `${place}: not computed, all ${all} objects count as seen`;
-      const share = (Math.floor((1000 * size) / this.sets.boxes.length) / 10).toFixed(1);
+      const share = (Math.floor((10000 * size) / this.sets.boxes.length) / 100).toFixed(2);
       const others = this.sets.at(middle).length > 1 ? "; click again for the next floor" : "";
       return (
         `${place}: ${size.toLocaleString("en")} of ${all} objects may be seen (${share} %)` + others

@@ -29,7 +29,7 @@ from service.dashboard.views import Direction
 from service.dashboard.visibility.cell_parts import CellParts
 from service.dashboard.visibility.cells_plan import CellsPlan
 from service.dashboard.visibility.sets_detail import FILE, VIEW, SetsDetail
-from service.dashboard.wording import length, percent, seconds, side_by_side, whole
+from service.dashboard.wording import lengths_alike, percent, seconds, side_by_side, whole
 from service.schemas.result import ResultFile
 
 _FROM_ABOVE: dict[Axis, Direction] = {
@@ -63,7 +63,7 @@ def sets_panels(sets: SetsDetail, files: Sequence[ResultFile]) -> None:
 def _numbers(sets: SetsDetail) -> None:
     report = sets.report
     with ui.element("dl").classes("numbers"):
-        show_number("Culled on average", percent(report["culled_share"], 2))
+        show_number("Culled on average", percent(report["culled_share"]))
         show_number("Cells", whole(report["cells"]))
         if report["left"]:
             show_number("Not computed", whole(report["left"]), "doubt")
@@ -72,7 +72,7 @@ def _numbers(sets: SetsDetail) -> None:
             show_number("Largest set", whole(sets.largest[0].objects))
         show_number("Bytes per cell", f"{sets.bytes_a_cell:,.0f}")
         show_number("Time per cell", side_by_side(report["seconds_a_cell"]))
-        show_number("Time", seconds(sets.summary.seconds))
+        show_number("Run time", seconds(sets.summary.seconds))
 
 
 class _Cells:
@@ -130,13 +130,15 @@ class _Cells:
         with panel("Cells that see most"), ui.element("div").classes("wide-table"):
             columns = ["Show", "#Objects", "#Of all", "#x", "#y", "#z"]
             table = PlainTable("Cells that see most", columns)
-        for one in self._sets.largest:
+        middles = [one.middle for one in self._sets.largest]
+        columns_alike = map(lengths_alike, zip(*middles, strict=True))
+        for one, place in zip(self._sets.largest, zip(*columns_alike, strict=True), strict=True):
             with table.row():
-                with table.cell() as place:
-                    place.classes("button-cell")
+                with table.cell() as cell:
+                    cell.classes("button-cell")
                     button = ui.button(f"Cell {one.cell}")
                     button.on_click(lambda _, cell=one.cell: self._choose(cell))
                     button.props("flat dense no-caps size=sm")
                 share = percent(one.objects / self._sets.report["objects"])
-                for text in (whole(one.objects), share, *map(length, one.middle)):
+                for text in (whole(one.objects), share, *place):
                     table.number(text).classes("number-text")

@@ -106,7 +106,7 @@ def test_a_heat_map_paints_the_original_by_what_is_lost(
     )
     assert _share_of(drawn["whole"], dark) == _share_of(drawn["nothing"], bright) == 0.0
     told = json.loads((parts_folder / "castle.json").read_text())
-    expect(page.get_by_text(f"Over the whole mesh: {100 * told['share']:.1f} %")).to_be_visible()
+    expect(page.get_by_text(f"Over the whole mesh: {100 * told['share']:.2f} %")).to_be_visible()
     assert 0.0 < _share_of(drawn["castle"], bright) < _share_of(drawn["whole"], bright)
 
 

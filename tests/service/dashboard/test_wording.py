@@ -6,7 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from service.dashboard.wording import length, percent, seconds, viewpoint
+from service.dashboard.wording import length, lengths_alike, percent, seconds, viewpoint
+
+
+def test_a_share_has_hundredths_unless_it_is_said_otherwise() -> None:
+    assert percent(0.829) == "82.90 %"
 
 
 @pytest.mark.parametrize(
@@ -44,6 +48,20 @@ def test_whole_hundredths_stay_what_they_are() -> None:
 )
 def test_seconds(value: float | None, text: str) -> None:
     assert seconds(value) == text
+
+
+@pytest.mark.parametrize(
+    ("values", "texts"),
+    [
+        ((-118.5, -98.47, -8.47, -0.01), ["-118.5", "-98.5", "-8.5", "0.0"]),
+        ((0.85, 0.85), ["0.8500", "0.8500"]),
+        ((12345.6, 1.5), ["12,346", "2"]),
+        ((2e9, 1.5), ["2.000e+09", "1.500"]),
+        ((), []),
+    ],
+)
+def test_lengths_of_a_column_have_the_same_decimals(values: list[float], texts: list[str]) -> None:
+    assert lengths_alike(values) == texts
 
 
 def test_lengths_and_directions() -> None:

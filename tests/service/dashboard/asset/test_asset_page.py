@@ -211,6 +211,20 @@ def test_two_runs_are_chosen_and_compared(page: Page, filled: Filled, tmp_path: 
     keep_picture(page, "dashboard_compare", tmp_path)
 
 
+def test_figures_read_alike_wherever_they_stand(page: Page, filled: Filled) -> None:
+    page.goto(f"{filled.address}/assets/{filled.asset}")
+    numbers = dict(one.inner_text().splitlines() for one in page.locator(".numbers > div").all())
+    assert re.fullmatch(r"\d+\.\d\d %", numbers["Recall"])
+    expect(page.get_by_text(re.compile(r"^Recall: half of"))).to_contain_text(
+        f"the worst {numbers['Worst view']}."
+    )
+    run = page.locator(".history tbody tr").first
+    for name in ("Recall", "Worst view", "Run time"):
+        expect(run.get_by_text(numbers[name], exact=True)).to_be_visible()
+    expect(page.locator(".history").get_by_text("Run time", exact=True)).to_be_visible()
+    expect(page.get_by_text("Thresholds: recall at least 50 %.")).to_be_visible()
+
+
 def test_an_evaluation_is_told_from_a_run_of_ours(page: Page, filled: Filled) -> None:
     page.goto(f"{filled.address}/assets/{filled.judged}")
     note = page.get_by_text("This run is an evaluation.")

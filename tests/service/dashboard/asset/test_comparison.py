@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
 
@@ -41,6 +42,14 @@ def test_numbers_say_what_became_better_and_what_worse(tmp_path: Path, castle: J
     assert told["Triangles"] == ("", None)
     assert told["Worst view's recall"] == ("", None)
     assert (compared.options, compared.files) == ((), ())
+
+
+def test_options_read_as_on_the_page_of_a_job(tmp_path: Path, castle: JobResult) -> None:
+    changed = {**castle.options, "ground": False, "overhang": 0.0, "lods": None}
+    with stocked(tmp_path / "data") as stock:
+        a, b = stock.run(castle), stock.run(replace(castle, options=changed))
+        told = {name: pair for name, *pair in read_comparison(stock, TENANT, a.id, b.id).options}
+    assert told == {"ground": ["yes", "no"], "overhang": ["0.02", "0"], "lods": ["2", "-"]}
 
 
 def test_files_that_differ_are_told_by_name_and_hash(tmp_path: Path, castle: JobResult) -> None:

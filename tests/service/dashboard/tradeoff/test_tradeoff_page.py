@@ -47,6 +47,8 @@ def test_a_sweep_is_run_watched_and_laid_over_the_runs(
     page.goto(f"{working}/tradeoff/{asset}")
     runs = page.get_by_role("table", name="Runs")
     expect(runs.get_by_role("row")).to_have_count(2)
+    heading = runs.get_by_role("columnheader", name="Time to make the occluder")
+    expect(heading).to_be_visible()
     fill(page)
     page.get_by_role("button", name="Run the sweep", exact=True).click()
     settings = page.get_by_role("table", name="Settings of the sweep")

@@ -144,6 +144,10 @@ def test_the_rest_is_hidden_if_wanted_and_tables_choose_cells(page: Page, town: 
     page.wait_for_timeout(300.0)
     settle(host)
     assert grey(pixels(host)) < 0.5 * ghost
+    rows = page.get_by_role("table", name="Cells that see most").locator("tbody tr").all()
+    for axis in ("x", "y", "z"):
+        told = [row.locator(f"[data-label={axis}]").inner_text() for row in rows]
+        assert len({len(one.partition(".")[2]) for one in told}) == 1, told
     before, cell = yellow(pixels(host)), town.largest[-1]
     page.get_by_role("button", name=f"Cell {cell}", exact=True).click()
     expect(page.get_by_text(f"Cell {cell}, around")).to_contain_text(town.words(cell))

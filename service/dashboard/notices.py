@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from nicegui import ui
 
 from service.dashboard.frame import page_frame
+from service.dashboard.jobs.words import sentence
 from service.errors import NotFoundError, ServiceError, UnauthenticatedError
 
 
@@ -65,6 +66,7 @@ def showing_unknown() -> Iterator[None]:
     try:
         yield
     except NotFoundError as error:
+        ui.context.client.status_code = 404
         with page_frame("Not found", here=""):
-            ui.label(f"{error.detail}.")
+            ui.label(sentence(error.detail))
             ui.link("All assets", "/")

@@ -340,10 +340,24 @@ def test_an_asset_without_a_run_says_so(page: Page, filled: Filled) -> None:
     expect(page.get_by_text("No run of this asset has succeeded yet.")).to_be_visible()
 
 
-@pytest.mark.parametrize("place", ["assets/none", "jobs/none", "compare?a=none&b=none"])
-def test_what_is_not_there_is_said_not_to_be(page: Page, filled: Filled, place: str) -> None:
-    page.goto(f"{filled.address}/{place}")
+@pytest.mark.parametrize(
+    ("place", "told"),
+    [
+        ("assets/none", "There is no asset 'none'."),
+        ("jobs/none", "There is no job 'none'."),
+        ("compare?a=none&b=none", "There is no job 'none'."),
+        ("submit?from=none", "There is no job 'none'."),
+    ],
+)
+def test_what_is_not_there_is_said_not_to_be(
+    page: Page, filled: Filled, watch: Watch, place: str, told: str
+) -> None:
+    watch.expect("status of 404")  # which the browser says of the page itself
+    answer = page.goto(f"{filled.address}/{place}")
+    assert answer is not None
+    assert answer.status == 404
     expect(page.get_by_role("heading", name="Not found")).to_be_visible()
+    expect(page.get_by_text(told, exact=True)).to_be_visible()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

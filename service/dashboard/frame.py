@@ -129,4 +129,6 @@ def theme_switch() -> None:
     names = {Theme.AUTO: "Auto", Theme.LIGHT: "Light", Theme.DARK: "Dark"}
     ui.select(
         {str(one): name for one, name in names.items()}, value=str(theme), on_change=change
-    ).props('dense borderless options-dense aria-label="Colours"').classes("theme-switch")
+    ).props('dense borderless options-dense aria-label="Colours" prefix="Colours:"').classes(
+        "theme-switch"
+    )

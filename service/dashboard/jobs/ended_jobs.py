@@ -101,7 +101,9 @@ class EndedJobs:
         self._body.clear()
         with self._body:
             if not page.lines:
-                ui.label("No jobs match this filter.").classes("quiet")
+                chosen = self._states != ENDED or len(self._cursors) > 1
+                words = "No jobs match this filter." if chosen else "No jobs have ended yet."
+                ui.label(words).classes("quiet")
                 return
             columns = ["Mesh", "Asset", "Kind", "State", "Verdict", "#Precision", "#Recall",
                        "#Overhang", "#Triangles", "#Run time", "Ended", ""]  # fmt: skip

@@ -132,7 +132,7 @@ def _typing(field: OptionField) -> ui.input:
     lists = "text" if field.kind in ("lengths", "wholes", "numbers") else "decimal"
     control.props(f"dense outlined inputmode={lists} autocomplete=off spellcheck=false")
     control.props["hint"] = _hint(field)
-    if field.absent:
+    if field.absent and len(field.absent) <= _PLACEHOLDER:
         control.props("stack-label").props["placeholder"] = field.absent
     return control.without_auto_validation()
 
@@ -147,6 +147,9 @@ def _choosing(field: OptionField) -> ui.select:
 def _ticking(field: OptionField) -> ui.checkbox:
     return ui.checkbox(_label(field), value=field.default).props("dense")
 
+
+_PLACEHOLDER = 24
+"""Letters that the narrowest control has room for; what is longer stands below it."""
 
 _NO_LIMIT = 1e6
 """Nobody types as much."""
@@ -165,7 +168,14 @@ _LABELS = {"lods": "Levels of detail", "fov": "Field of view"}
 
 
 def _hint(field: OptionField) -> str:
-    """The help, and the limits where there are some."""
+    """The help, the limits where there are some, and what is taken where nothing is typed."""
+    hint = _limits_hint(field)
+    if len(field.absent) <= _PLACEHOLDER:
+        return hint
+    return f"{hint} If left empty: {field.absent}."
+
+
+def _limits_hint(field: OptionField) -> str:
     if field.low is None or field.high is None or field.high >= _NO_LIMIT:
         return field.help
     limits = f"{field.low:,g} to {field.high:,g}"

@@ -4,6 +4,8 @@
 import { filesOf, leftOut, MOST } from "occluder-folders";
 
 const REFUSED = "The connection ended before the answer came.";
+const UNFIT = "This file is not sent. It is not in one of the formats above.";
+const PARTS = /[^/_.\- ]*[/_.\- ]*/g; // where names may be broken, as in the list of assets
 const OVERRIDES = ".overrides.toml"; // in place of the mesh's own ending
 
 function overridesName(mesh) {
@@ -38,7 +40,8 @@ export default {
         <caption class="for-readers">Files to be sent</caption>
         <tbody>
           <tr v-for="(one, index) in files" :key="one.key" :data-state="one.state">
-            <td class="name">{{ one.path }}</td>
+            <td class="name"><template v-for="part in parts(one.path)">{{ part }}<wbr
+              /></template></td>
             <td class="number">{{ size(one.file.size) }}</td>
             <td>
               <progress v-if="one.state === 'sending'" :value="one.share" max="1"
@@ -90,6 +93,10 @@ export default {
       if (bytes < 1e3) return `${bytes} B`;
       if (bytes < 1e6) return `${(bytes / 1e3).toFixed(1)} kB`;
       return bytes < 1e9 ? `${(bytes / 1e6).toFixed(1)} MB` : `${(bytes / 1e9).toFixed(2)} GB`;
+    },
+
+    parts(name) {
+      return name.match(PARTS).filter(Boolean);
     },
 
     choose(event) {
@@ -156,8 +163,14 @@ export default {
 
     waiting() {
       return this.files.filter(
-        (one) => !one.overrides && (one.state === "chosen" || one.state === "refused"),
+        (one) => !one.overrides && this.fits(one)
+          && (one.state === "chosen" || one.state === "refused"),
       );
+    },
+
+    // Whether its name ends as that of one of the formats.
+    fits(one) {
+      return this.accept.split(",").some((suffix) => one.path.toLowerCase().endsWith(suffix));
     },
 
     // Whether these are overrides of that name that a mesh may still take along.
@@ -176,7 +189,7 @@ export default {
     },
 
     wrong(one) {
-      if (!one.overrides) return one.fault;
+      if (!one.overrides) return this.fits(one) ? one.fault : UNFIT;
       if (!one.file.name.endsWith(OVERRIDES)) {
         return `Overrides are named after their mesh: castle${OVERRIDES} for castle.glb.`;
       }

@@ -456,6 +456,10 @@ def test_where_there_is_nothing_one_is_told_how_to_begin(studio: Studio, page: P
     expect(page.get_by_text(f"{studio.address}/v1/occluders?filename=")).to_be_visible()
     expect(page.get_by_role("link", name="Submit a mesh")).to_be_visible()
     expect(page.locator(".asset-list")).to_be_hidden()
+    page.goto(f"{studio.address}/jobs")
+    expect(page.get_by_text("No jobs have ended yet.")).to_be_visible()
+    page.goto(f"{studio.address}/jobs?state=failed")
+    expect(page.get_by_text("No jobs match this filter.")).to_be_visible()
 
 
 def test_what_is_shown_stands_in_the_address_and_is_there_after_a_reload(

@@ -260,6 +260,54 @@ def test_a_warning_can_be_closed_and_goes_once_nothing_is_wrong(
     expect(warning).to_have_count(0)
 
 
+def test_a_file_of_no_format_is_refused_before_it_is_sent(
+    page: Page, working: str, mesh: Path, tmp_path: Path
+) -> None:
+    readme = tmp_path / "readme.txt"
+    readme.write_text("of no use")
+    bunny = tmp_path / "bunny_69k.obj"
+    bunny.write_bytes(mesh.read_bytes())
+    page.goto(f"{working}/submit")
+    send = page.get_by_role("button", name="Submit")
+    page.get_by_label("Meshes").set_input_files(readme)
+    expect(page.get_by_role("row", name="readme.txt").get_by_role("alert")).to_have_text(
+        "This file is not sent. It is not in one of the formats above."
+    )
+    expect(send).to_be_disabled()
+    page.get_by_label("Meshes").set_input_files(bunny)
+    expect(send).to_be_enabled()
+    # Beside long words, and on a phone, the name stays on one line.
+    for width in (1280, 390):
+        page.set_viewport_size({"width": width, "height": 800})
+        cell = page.get_by_role("cell", name="bunny_69k.obj", exact=True)
+        assert lines_of(cell) == 1
+        assert not overflows(page)
+    fill(page)
+    send.click()
+    expect(jobs_of(page)).to_have_count(1)
+    expect(page.get_by_role("row", name="readme.txt").get_by_role("alert")).to_be_visible()
+
+
+def lines_of(words: Locator) -> int:
+    """How many lines the text of an element takes."""
+    count: int = words.evaluate("""(one) => {
+      const range = document.createRange();
+      range.selectNodeContents(one);
+      return new Set([...range.getClientRects()].map((box) => Math.round(box.top))).size;
+    }""")
+    return count
+
+
+def test_what_is_taken_where_nothing_is_typed_can_be_read(page: Page, working: str) -> None:
+    page.goto(f"{working}/submit")
+    page.get_by_text("More settings").click()
+    told = page.get_by_text("If left empty: 0.999; 0.995 with an overhang above 0.01.")
+    expect(told).to_be_visible()
+    precision = page.get_by_label("Min precision")
+    assert precision.get_attribute("placeholder") is None
+    expect(page.locator(".bar").get_by_text("Colours:")).to_be_visible()
+
+
 def test_the_page_goes_to_the_setting_that_is_wrong(page: Page, working: str, mesh: Path) -> None:
     page.goto(f"{working}/submit")
     page.get_by_label("Meshes").set_input_files(mesh)

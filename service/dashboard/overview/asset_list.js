@@ -32,6 +32,13 @@ function moment(seconds) {
   return `${day} ${two(at.getHours())}:${two(at.getMinutes())}`;
 }
 
+/* As on all other pages: milliseconds below a second, hundredths from there on. */
+function spanOfTime(seconds) {
+  if (seconds < 1) return `${whole(Math.round(1000 * seconds))} ms`;
+  const digits = { minimumFractionDigits: 2, maximumFractionDigits: 2 };
+  return `${seconds.toLocaleString("en-US", digits)} s`;
+}
+
 const whole = (value) => value.toLocaleString("en-US");
 
 const isPoor = (row) => row.verdict === "weak" || row.verdict === "unusable";
@@ -56,7 +63,7 @@ const COLUMNS = [
   { id: "input", title: "Triangles in", value: (row) => row.input, text: whole, from: MIDDLE },
   { id: "triangles", title: "Triangles", value: (row) => row.triangles, text: whole },
   { id: "seconds", title: "Run time", value: (row) => row.seconds, from: MIDDLE,
-    text: (value) => `${value.toFixed(1)} s` },
+    text: spanOfTime },
   { id: "created", title: "Latest run", value: (row) => row.created, text: moment, from: NARROW },
 ];
 const LIMITS = [

@@ -109,7 +109,7 @@ def _row(line: AssetLine, worse: Collection[str]) -> list[Any]:
         line.id, line.name, run.job_id, run.pictured, line.failed, line.holds, run.verdict,
         _at_least(run.precision), _at_least(run.recall), recalls, _at_least(run.worst_recall),
         run.worst_view, _at_most(run.overhang), run.input_triangles, run.triangles,
-        round(run.seconds, 2), round(run.created), line.id in worse,
+        round(run.seconds, 3), round(run.created), line.id in worse,
         run.evaluation,
     ]  # fmt: skip
 

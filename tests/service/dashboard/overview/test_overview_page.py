@@ -92,8 +92,9 @@ def studio(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Studio]:
             Past("c/old", (0.8,), overhang=None),
         ]  # fmt: skip
         seed_assets(database, judged, now, "limits")
-        by_hand = Past("props/by_hand", (0.8, 0.9), kind=JobKind.EVALUATION)
-        seed_assets(database, [Past("props/ours", (0.8,)), by_hand], now, "elsewhere")
+        by_hand = Past("props/by_hand", (0.8, 0.9), kind=JobKind.EVALUATION, seconds=0.867)
+        ours = Past("props/ours", (0.8,), seconds=1234.567)
+        seed_assets(database, [ours, by_hand], now, "elsewhere")
         keys = {
             tenant: store.create(tenant, "artist", Scope.ADMIN)[1]
             for tenant in (
@@ -345,6 +346,14 @@ def test_an_occluder_made_elsewhere_is_told_from_ours(studio: Studio, page: Page
     expect(page.get_by_text("2 shown")).to_be_visible()
     expect(row_of(page, "props/by_hand").get_by_text("evaluation", exact=True)).to_be_visible()
     expect(row_of(page, "props/ours").get_by_text("evaluation", exact=True)).to_have_count(0)
+
+
+def test_run_times_read_as_on_all_other_pages(studio: Studio, page: Page) -> None:
+    page.set_viewport_size({"width": 1440, "height": 900})
+    studio.open(page, "elsewhere")
+    expect(page.get_by_text("2 shown")).to_be_visible()
+    assert cell(page, "props/by_hand", "seconds") == "867 ms"
+    assert cell(page, "props/ours", "seconds") == "1,234.57 s"
 
 
 @pytest.mark.parametrize("width", [1440, 1280, 820, 390])

@@ -79,7 +79,7 @@ def chart_options(known: Tradeoff) -> dict[str, Any]:
         "tooltip": {"trigger": "item", "renderMode": "richText", "confine": True,
                     ":formatter": "point => point.data.words"},
         "xAxis": {**_AXIS, "type": "log", "name": "time to make the occluder, seconds",
-                  "nameGap": 30},
+                  "nameGap": 34, "axisLabel": {**_TEXT, "margin": 14}},
         "yAxis": {**_AXIS, "type": "value", "name": "recall, %", "nameGap": 44, **_reach(known)},
         "series": _series(known),
     }  # fmt: skip

@@ -127,8 +127,8 @@ def theme_switch() -> None:
         )
 
     names = {Theme.AUTO: "Auto", Theme.LIGHT: "Light", Theme.DARK: "Dark"}
-    ui.select(
-        {str(one): name for one, name in names.items()}, value=str(theme), on_change=change
-    ).props('dense borderless options-dense aria-label="Colours" prefix="Colours:"').classes(
-        "theme-switch"
-    )
+    with ui.element("div").classes("theme"):
+        ui.label("Colours:").props("aria-hidden=true")
+        ui.select(
+            {str(one): name for one, name in names.items()}, value=str(theme), on_change=change
+        ).props('dense borderless options-dense aria-label="Colours"').classes("theme-switch")

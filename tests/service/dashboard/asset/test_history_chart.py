@@ -10,9 +10,12 @@ import pytest
 from service.dashboard.asset.details import RunLine
 from service.dashboard.asset.history_chart import chart_options
 from service.jobs.asset import Thresholds
+from service.jobs.job import JobKind
 
 BEGIN = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
-FIRST = RunLine("a", BEGIN, "1.0", 0.999, 0.8, 0.5, 0.004, "good", 64, 2.0, True, "defaults")
+FIRST = RunLine(
+    "a", JobKind.OCCLUDER, BEGIN, "1.0", 0.999, 0.8, 0.5, 0.004, "good", 64, 2.0, True, "defaults"
+)
 
 
 def lines(options, name):

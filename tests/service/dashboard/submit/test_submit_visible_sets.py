@@ -80,13 +80,19 @@ def test_what_is_wrong_is_told_beside_its_field_and_by_the_service(
     expect(page.get_by_label("Cell size", exact=True)).to_be_focused()
     expect(page.get_by_role("region", name="Job")).to_have_count(0)
     page.get_by_label("Cell size", exact=True).fill("10")
-    watch.expect("415")
+    send = page.get_by_role("button", name="Submit")
     other = tmp_path / "town.overrides.toml"  # goes along with meshes alone
     other.write_text("")
     page.get_by_role("button", name="Remove town.glb").click()
     page.get_by_label("Scenes").set_input_files(other)
-    page.get_by_role("button", name="Submit").click()
     expect(page.get_by_role("row", name=other.name).get_by_role("alert")).to_be_visible()
+    expect(send).to_be_disabled()
+    watch.expect("413")
+    large = tmp_path / "large.glb"
+    large.write_bytes(b"#" * 1_100_000)
+    page.get_by_label("Scenes").set_input_files(large)
+    send.click()
+    expect(page.get_by_role("row", name=large.name).get_by_role("alert")).to_be_visible()
 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])

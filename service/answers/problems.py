@@ -33,6 +33,7 @@ from service.errors import (
     NotReadyError,
     ServiceError,
     UnreadableMeshError,
+    UnsupportedMediaTypeError,
 )
 from service.jobs.job import Failure, Job
 from service.schemas.job import FailureBody
@@ -125,7 +126,7 @@ def handle_failures(app: FastAPI, routes: Sequence[BaseRoute] = ()) -> None:
 
     async def of_fields(request: Request, error: Exception) -> Response:
         assert isinstance(error, RequestValidationError)
-        return _answer(request, _of_fields(error))
+        return _answer(request, _of_fields(request, error))
 
     async def of_http(request: Request, error: Exception) -> Response:
         assert isinstance(error, HTTPException)
@@ -188,11 +189,21 @@ def _methods(path: str, routes: Sequence[BaseRoute]) -> list[str]:
     return sorted({method for one in there for method in one.methods or ()})
 
 
-def _of_fields(error: RequestValidationError) -> ServiceError:
+def _of_fields(request: Request, error: RequestValidationError) -> ServiceError:
+    if isinstance(error.body, bytes):  # it was not told to be JSON, and so was not read
+        return _not_told_to_be_json(request.headers.get("content-type", ""))
     faults = error.errors()
     if any(fault["type"] == "json_invalid" for fault in faults):
         return BadRequestError("the body is no JSON", remedy="send a JSON object")
     return InvalidOptionsError([_of_field(fault) for fault in faults])
+
+
+def _not_told_to_be_json(media_type: str) -> UnsupportedMediaTypeError:
+    told = f"its Content-Type is {ascii(media_type)[:_LONGEST_ECHO]}" if media_type else ""
+    return UnsupportedMediaTypeError(
+        f"the body has to be JSON, and {told or 'the request has no Content-Type'}",
+        remedy="send JSON with the header -H 'Content-Type: application/json'",
+    )
 
 
 def _of_field(fault: Mapping[str, Any]) -> FieldError:

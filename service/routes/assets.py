@@ -92,7 +92,7 @@ def list_assets(
             "content": json_of("Asset"),
             "headers": {"Location": header("The asset.", required=True)},
         },
-        **refusals(*EVERYWHERE, 413, 507),
+        **refusals(*EVERYWHERE, 413, 415, 507),
     },
     summary="Make an asset, or set its thresholds",
 )
@@ -136,7 +136,7 @@ def delete_asset(asset_id: str, request: Request, services: TheServices, caller:
 
 @router.put(
     "/assets/{asset_id}/thresholds",
-    responses=refusals(*EVERYWHERE, 404, 413, 507),
+    responses=refusals(*EVERYWHERE, 404, 413, 415, 507),
     summary="Set an asset's thresholds",
 )
 def put_thresholds(
@@ -155,7 +155,7 @@ def put_thresholds(
 
 @router.put(
     "/assets/{asset_id}/name",
-    responses=refusals(*EVERYWHERE, 404, 409, 413, 507),
+    responses=refusals(*EVERYWHERE, 404, 409, 413, 415, 507),
     summary="Rename an asset",
 )
 def put_name(
@@ -180,7 +180,9 @@ def list_thresholds(services: TheServices, caller: Reader) -> FolderThresholdsLi
 
 
 @router.put(
-    "/thresholds", responses=refusals(*EVERYWHERE, 413, 507), summary="Set a folder's thresholds"
+    "/thresholds",
+    responses=refusals(*EVERYWHERE, 413, 415, 507),
+    summary="Set a folder's thresholds",
 )
 def put_folder_thresholds(
     new: FolderThresholds, request: Request, services: TheServices, caller: Curator

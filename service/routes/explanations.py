@@ -64,7 +64,8 @@ ADVICE = {
     "too-large": "Send a smaller file: a binary format (GLB, PLY, STL) is smaller than text. The "
     "service's owner can raise OCCLUDER_MAX_UPLOAD.",
     "unsupported-media-type": "Say the format by ?filename=..., by the part's file name, or by the "
-    "media type. The detail lists what can be read.",
+    "media type. The detail lists what can be read. A body of JSON needs the header "
+    "'Content-Type: application/json'.",
     "range-not-satisfiable": "Content-Range says how long the file is: ask for a part of that.",
     "invalid-options": "Each member of 'errors' names one field, its fault and what to choose.",
     "misdirected": "Ask by the address that the service listens on. Behind a name of its own, the "

@@ -110,7 +110,7 @@ class OtherOptions(BaseModel):
     "/jobs/{job_id}/rerun",
     status_code=202,
     response_description="The new job; it has succeeded already where the result was stored.",
-    responses={202: NEW_JOB, **refusals(*EVERYWHERE, 404, 409, 507)},
+    responses={202: NEW_JOB, **refusals(*EVERYWHERE, 404, 409, 413, 415, 507)},
     summary="Run with other options",
 )
 def rerun_job(

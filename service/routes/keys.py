@@ -35,7 +35,7 @@ def list_keys(services: TheServices, caller: Admin) -> KeyListBody:
     "/keys",
     status_code=201,
     response_description="It was made.",
-    responses=refusals(*EVERYWHERE, 413, 507),
+    responses=refusals(*EVERYWHERE, 413, 415, 507),
     summary="Make a key",
 )
 def make_key(
@@ -56,7 +56,7 @@ def make_key(
     "/keys/{key_id}/rotate",
     status_code=201,
     response_description="The new key.",
-    responses=refusals(*EVERYWHERE, 404, 409, 413, 507),
+    responses=refusals(*EVERYWHERE, 404, 409, 413, 415, 507),
     summary="Replace a key",
 )
 def rotate_key(

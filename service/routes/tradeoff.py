@@ -26,7 +26,7 @@ _SWEEP_SCHEMA = option_tables(math.inf, math.inf)[JobKind.TRADEOFF].schema()
     "/assets/{asset_id}/tradeoff",
     status_code=202,
     response_description="The job.",
-    responses={202: NEW_JOB, **refusals(*EVERYWHERE, 404, 409, 507)},
+    responses={202: NEW_JOB, **refusals(*EVERYWHERE, 404, 409, 413, 415, 507)},
     openapi_extra={
         "requestBody": {"content": {"application/json": {"schema": _SWEEP_SCHEMA}}},
     },

@@ -119,6 +119,17 @@ POST = "[[box]]\ncenter = [1.4, 0.5, 0.5]\nsize = [0.2, 0.2, 0.2]\n"
 """Drawn beside the box, where nothing would come by itself; further off, pictures grow with it."""
 
 
+@needs_curl
+def test_the_curl_of_the_docs_with_json_makes_an_asset(server):
+    text = (ROOT / "docs/service.md").read_text()
+    curl = re.search(r"```sh\n(curl [^`]*/v1/assets[^`]*)```", text)[1]
+    curl = curl.replace("http://127.0.0.1:8000", server.address)
+    done = subprocess.run(["bash", "-c", curl], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+    made = json.loads(done.stdout)
+    assert (made["name"], made["thresholds"]["min_recall"]) == ("props/castle", 0.8)
+
+
 def reach(mesh):
     return mesh.vertices[:, 0].max()
 

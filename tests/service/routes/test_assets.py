@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from hashlib import sha256
 
 import pytest
@@ -166,6 +167,34 @@ def test_a_body_that_is_no_json_is_told(service):
     lone = b'{"name": "\\ud800"}'
     problem(service.http.put("/v1/assets", content=lone, headers=header), 422, "invalid-options")
     problem(service.http.get("/v1/assets?cursor=x"), 422, "invalid-options")
+
+
+@pytest.mark.parametrize(
+    ("method", "route"),
+    [
+        ("PUT", "/v1/assets"), ("PUT", "/v1/thresholds"), ("PUT", "/v1/assets/x/thresholds"),
+        ("PUT", "/v1/assets/x/name"), ("POST", "/v1/assets/x/tradeoff"),
+        ("POST", "/v1/jobs/x/rerun"), ("POST", "/v1/keys"), ("POST", "/v1/keys/x/rotate"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        ({"Content-Type": "application/x-www-form-urlencoded"}, "x-www-form-urlencoded"),
+        ({}, "has no Content-Type"),
+    ],
+)
+def test_a_body_that_is_not_told_to_be_json_hears_of_the_header(
+    service, method, route, header, said
+):
+    told = service.http.request(method, route, content=b'{"name": "a"}', headers=header)
+    body = problem(told, 415, "unsupported-media-type")
+    assert said in body["detail"]
+    assert body["remedy"].endswith("-H 'Content-Type: application/json'")
+    named = "/".join("{" if part == "x" else part for part in route.split("/"))
+    paths = service.http.get("/openapi.json").json()["paths"]
+    documented = {re.sub(r"{[^/]*", "{", path): way for path, way in paths.items()}
+    assert "415" in documented[named][method.lower()]["responses"]
 
 
 def test_a_body_that_is_far_too_long_is_not_read(service):

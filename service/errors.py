@@ -154,9 +154,9 @@ class MisdirectedError(ServiceError):
 
 
 class InvalidOptionsError(ServiceError):
-    """Options are unknown or out of range; ``errors`` says so of each."""
+    """A field of the request is missing, unknown or out of range; ``errors`` says so of each."""
 
-    slug, status, title = "invalid-options", 422, "Options are out of range"
+    slug, status, title = "invalid-options", 422, "A field of the request is not valid"
 
     def __init__(self, errors: Sequence[FieldError]) -> None:
         self.errors = tuple(errors)

@@ -20,6 +20,7 @@ from starlette.requests import ClientDisconnect
 from starlette.responses import Response
 from starlette.routing import BaseRoute, Route
 
+from service.answers.field_faults import field_fault
 from service.errors import (
     BadRequestError,
     ConflictError,
@@ -195,7 +196,8 @@ def _of_fields(request: Request, error: RequestValidationError) -> ServiceError:
     faults = error.errors()
     if any(fault["type"] == "json_invalid" for fault in faults):
         return BadRequestError("the body is no JSON", remedy="send a JSON object")
-    return InvalidOptionsError([_of_field(fault) for fault in faults])
+    route = request.scope.get("route")
+    return InvalidOptionsError([field_fault(route, fault) for fault in faults])
 
 
 def _not_told_to_be_json(media_type: str) -> UnsupportedMediaTypeError:
@@ -204,16 +206,6 @@ def _not_told_to_be_json(media_type: str) -> UnsupportedMediaTypeError:
         f"the body has to be JSON, and {told or 'the request has no Content-Type'}",
         remedy="send JSON with the header -H 'Content-Type: application/json'",
     )
-
-
-def _of_field(fault: Mapping[str, Any]) -> FieldError:
-    """``loc`` is where it was (query, body...) and the names that lead to it."""
-    _, *names = fault["loc"] or ("body",)
-    name = ".".join(str(part) for part in names)[:_LONGEST_ECHO] or "body"
-    missing = fault["type"] == "missing"
-    given = "" if missing else f" (it is {ascii(fault.get('input'))[:_LONGEST_ECHO]})"
-    what = fault["msg"].removeprefix("Value error, ").rstrip(".")
-    return FieldError(name, f"{what}{given}", "see /docs for what it may be")
 
 
 def problem_of_job(job: Job) -> ServiceError:

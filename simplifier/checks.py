@@ -32,7 +32,7 @@ def check_within(name: str, value: float, low: float, high: float) -> None:
 
 def check_whole(name: str, value: int, low: int, high: int) -> None:
     """A whole number from ``low`` to ``high``, both included."""
-    if not isinstance(value, Integral):
+    if not isinstance(value, Integral) or isinstance(value, bool):
         raise OptionError(
             f"{value_text(value)} is not a whole number",
             where=name,
@@ -117,10 +117,12 @@ def check_one_of(name: str, value: str, choices: Sequence[str]) -> None:
 
 
 def check_flag(name: str, value: bool) -> None:
-    """Yes or no."""
+    """True or false."""
     if not isinstance(value, bool):
         raise OptionError(
-            f"{value_text(value)} is neither yes nor no", where=name, remedy="give a bool"
+            f"{value_text(value)} is neither true nor false",
+            where=name,
+            remedy="give true or false",
         )
 
 

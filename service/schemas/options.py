@@ -156,7 +156,7 @@ def _from_text(field: OptionField, text: str) -> Any:
             case "number":
                 return _float(text)
             case "flag":
-                return {"true": True, "false": False}.get(text, text)
+                return {"true": True, "false": False}.get(text.lower(), text)
             case "lengths" | "numbers":
                 return [_float(word) for word in text.split(",")]
             case "wholes":

@@ -96,7 +96,9 @@ BAD = {
     "a hyphen": ("[[asset]]\nfiles = '*.obj'\nerror-bound = 3", 3, "mean 'error_bound'?"),
     "nothing like it": ("[[asset]]\nfiles = '*.obj'\nxyz = 3", 3, "choose from files, exclude"),
     "a value out of range": ("[[asset]]\nfiles='*.obj'\n\nbudget = 0", 4, "budget: 0 is out of"),
-    "a value of another kind": ("[defaults]\nground = 1\n", 2, "ground: 1 is neither yes nor no"),
+    "a value of another kind": (
+        "[defaults]\nground = 1\n", 2, "ground: 1 is neither true nor false"
+    ),
     "a requirement": (
         "[[asset]]\nfiles='*.obj'\n[asset.require]\nmin_recal = 1", 4, "mean 'min_recall'?"
     ),

@@ -84,3 +84,21 @@ def test_a_time_limit_is_no_longer_than_a_job_may_take():
     assert table.read({"time_limit": 30})["time_limit"] == 30.0
     with pytest.raises(InvalidOptionsError, match="at most 30"):
         table.read({"time_limit": 30.5})
+
+
+def test_flags_of_a_query_are_true_or_false_in_any_case():
+    table = TABLES[JobKind.OCCLUDER]
+    for text, value in (("true", True), ("True", True), ("FALSE", False), ("false", False)):
+        assert table.read(table.from_query([("ground", text)]))["ground"] is value
+    for text in ("1", "yes", "on", ""):
+        with pytest.raises(InvalidOptionsError) as told:
+            table.read(table.from_query([("ground", text)]))
+        [fault] = told.value.errors
+        assert fault.detail == f"{text!r} is neither true nor false"
+        assert fault.remedy == "give true or false"
+
+
+def test_true_is_no_whole_number():
+    with pytest.raises(InvalidOptionsError) as told:
+        TABLES[JobKind.OCCLUDER].read({"budget": True})
+    assert told.value.errors[0].detail == "True is not a whole number"

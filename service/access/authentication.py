@@ -185,8 +185,8 @@ def demand(caller: Caller, scope: Scope) -> None:
     """Raises :class:`~service.errors.ForbiddenError` where the caller's key does not reach."""
     if not caller.may(scope):
         raise ForbiddenError(
-            f"the API key allows to {caller.scope}, and this needs {scope}",
-            remedy=f"use a key made with --scope {scope}",
+            f"the API key has the scope '{caller.scope}', and this needs '{scope}'",
+            remedy=f"use a key with the scope '{scope}'",
             extra={"scope": caller.scope, "needed": scope},
         )
 

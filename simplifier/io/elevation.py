@@ -100,7 +100,7 @@ def _from_array(path: Path, spacing: Spacing | None, memory_limit: float | None)
     if spacing is None:
         raise OptionError(
             "an array does not say how far apart its posts are", where="spacing",
-            remedy="give --spacing DX,DY in world units",
+            remedy="give the spacing, DX,DY in world units",
         )  # fmt: skip
 
     def check(start: bytes, size: int) -> None:
@@ -215,7 +215,7 @@ def _place(
     if geographic and spacing is None:
         raise OptionError(
             "its posts are degrees apart, and its heights are lengths", where="spacing",
-            remedy="give --spacing DX,DY in the unit of heights, or project it: gdalwarp -t_srs",
+            remedy="give the spacing, DX,DY in the unit of heights, or project it: gdalwarp -t_srs",
         )  # fmt: skip
     for attributes, value in _ITEM.findall(str(tags.get(_METADATA, ""))):
         role = _SCALED.search(attributes)
@@ -229,7 +229,7 @@ def _place(
     if found is None and spacing is None:
         raise OptionError(
             "the file does not say how far apart its posts are", where="spacing",
-            remedy="give --spacing DX,DY in world units",
+            remedy="give the spacing, DX,DY in world units",
         )  # fmt: skip
     if found is None or geographic:
         assert spacing is not None

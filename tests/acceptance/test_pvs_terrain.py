@@ -86,7 +86,7 @@ def test_holes_are_told_and_always_visible(command, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "status", "words"),
     [
-        ((), 2, "give --spacing DX,DY"),
+        ((), 2, "give the spacing, DX,DY in world units"),
         (("--spacing", "1"), 2, "spacing: 1 lengths are given; give 2"),
         (("--spacing", "1,x"), 2, "spacing"),
         (("--spacing", "0,1"), 2, "spacing"),

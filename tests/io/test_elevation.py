@@ -131,7 +131,7 @@ def test_a_header_that_claims_more_than_there_is_makes_no_room(tmp_path):
 
 def test_spacing_is_two_lengths_and_wanted_of_arrays(tmp_path):
     path = saved(tmp_path, HEIGHTS)
-    with pytest.raises(OptionError, match="give --spacing DX,DY"):
+    with pytest.raises(OptionError, match="give the spacing, DX,DY in world units"):
         load_elevation(path)
     for wrong in ((1.0,), (1.0, 2.0, 3.0), (0.0, 1.0), (-1.0, 1.0), (np.nan, 1.0), (1e200, 1.0)):
         with pytest.raises(OptionError, match="spacing"):

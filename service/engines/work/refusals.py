@@ -6,7 +6,8 @@ Whatever does tasks in place of the library's work has to refuse as it does.
 from __future__ import annotations
 
 import errno
-from collections.abc import Iterator
+import re
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 
 import simplifier
@@ -16,6 +17,7 @@ from service.engines.work.inputs import task_memory, without_paths
 from service.engines.worker import TaskCancelledError, TaskFailedError
 from service.jobs.job import Failure
 
+_OPTION = re.compile(r"--([a-z]+(?:-[a-z]+)*)")
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 _KINDS = {
     simplifier.MeshError: "unreadable-mesh",
@@ -52,7 +54,18 @@ def refusals(task: Task) -> Iterator[None]:
 def _failure(kind: str, error: simplifier.OccluderError, task: Task) -> Failure:
     where = without_paths(error.where, task)
     what = without_paths(error.what, task)
-    return Failure(kind, f"{where}: {what}" if where else what, error.remedy)
+    remedy = _without_dashes(error.remedy, task.options)
+    return Failure(kind, f"{where}: {what}" if where else what, remedy)
+
+
+def _without_dashes(remedy: str, options: Collection[str]) -> str:
+    """A remedy that names options as the command line does, with their names in a request."""
+
+    def named(found: re.Match[str]) -> str:
+        name = found[1].replace("-", "_")
+        return name if name in options else found[0]
+
+    return _OPTION.sub(named, remedy)
 
 
 def _lacks_room(error: BaseException | None) -> bool:

@@ -315,7 +315,7 @@ def test_a_scope_reaches_as_far_as_those_before_it(held: Scope, needed: Scope) -
     if order.index(held) >= order.index(needed):
         demand(Caller("studio", held), needed)
     else:
-        with pytest.raises(ForbiddenError, match=f"--scope {needed}"):
+        with pytest.raises(ForbiddenError, match=f"use a key with the scope '{needed}'"):
             demand(Caller("studio", held), needed)
 
 

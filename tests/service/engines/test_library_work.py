@@ -439,6 +439,7 @@ def test_sets_of_an_elevation_model(place):
     assert json.loads(place.results(job.id)["view/plan.json"])["up"] == "z"
     job = sets_job(place, posts.getvalue(), ".npy")
     assert (job.failure.kind, "spacing" in job.failure.detail) == ("invalid-options", True)
+    assert job.failure.remedy == "give the spacing, DX,DY in world units"
 
 
 def test_sets_that_need_too_much_memory_are_refused_before_work(place, tmp_path):

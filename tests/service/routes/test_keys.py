@@ -94,7 +94,9 @@ def test_only_admins_manage_keys_set_thresholds_and_remove_assets(keyed, keys):
                 response = keyed.http.request(method, path, headers=keys["ours", scope])
                 told = problem(response, 403, "forbidden")
                 assert (told["scope"], told["needed"]) == (scope, "admin")
-                assert told["remedy"] == "use a key made with --scope admin"
+                said = f"the API key has the scope '{scope}', and this needs 'admin'"
+                assert told["detail"] == said
+                assert told["remedy"] == "use a key with the scope 'admin'"
         response = keyed.http.request(method, path, headers=keys["ours", Scope.ADMIN])
         assert response.status_code not in (401, 403), path
 

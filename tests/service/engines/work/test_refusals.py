@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -60,6 +61,15 @@ def test_files_have_the_names_that_their_owner_knows(where, words):
 )
 def test_each_error_has_its_kind(error, kind):
     assert failure_of(error).kind == kind
+
+
+def test_remedies_name_options_as_a_request_does():
+    task = replace(TASK, options={"eye_height": 1.7, "up": "z"})
+    said = "choose another --eye-height or --up, or install it --quietly"
+    with pytest.raises(TaskFailedError) as caught, refusals(task):
+        raise simplifier.OptionError("x", where="cells", remedy=said)
+    told = "choose another eye_height or up, or install it --quietly"
+    assert caught.value.failure.remedy == told
 
 
 def test_a_full_disk_is_found_behind_what_the_library_says_of_it(monkeypatch, tmp_path):

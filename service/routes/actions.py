@@ -12,6 +12,7 @@ from service.access.key import Caller
 from service.errors import ConflictError
 from service.jobs.job import Job, JobKind, JobState, Priority, Submission, inputs_by_part
 from service.routes.services import Services
+from service.schemas.job_options import with_changes
 
 _SWEPT = ("mesh", "overrides")
 """Parts of a run that a sweep takes: the run may be that of an occluder made elsewhere."""
@@ -48,7 +49,8 @@ def rerun(
     job_id: str,
     changes: Mapping[str, Any],
 ) -> Job:
-    """Do other work with the same inputs; options that are not named stay as they were.
+    """Do other work with the same inputs; options that are not named stay as they were, but for
+    those that cannot be given together with one that is.
 
     Raises :class:`~service.errors.InvalidOptionsError` that names each wrong one.
     """
@@ -57,7 +59,7 @@ def rerun(
     # An older version may have had others.
     known = {one.name for one in table.fields}
     kept = {name: value for name, value in job.options.items() if name in known}
-    return _once_more(services, job, job.kind, table.read({**kept, **changes}))
+    return _once_more(services, job, job.kind, table.read(with_changes(kept, changes)))
 
 
 def sweep(

@@ -101,7 +101,8 @@ class OtherOptions(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     options: dict[str, Any] = Field(
-        description="By name; those that are left out stay as they were.",
+        description="By name; those that are left out stay as they were, but for those that cannot "
+        "be given together with one of these.",
         examples=[{"budget": 32, "preset": "best"}],
     )
 

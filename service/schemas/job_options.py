@@ -25,8 +25,28 @@ from simplifier import (
 LEVELS = 3
 """Levels of detail of a result, where a request does not say."""
 
+_RIVALS = (
+    {"lods", "error_bounds"},
+    {"moves", "time_limit"},
+    {"resolution", "error_bound", "error_share", "error_bounds"},
+)
+"""Options of which one may be given."""
+
 _KEPT = frozenset({"slicer", "device", "preview", "backend", "skip_buried"})
 _GIB = 1 << 30
+
+
+def with_changes(before: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """The options of a job and what is to be different: one that is given replaces its rivals.
+
+    So it does the levels of detail that the service has chosen, where it allows none.
+    """
+    given = {name for name, value in changes.items() if value is not None}
+    replaced = {name for rivals in _RIVALS if rivals & given for name in rivals}
+    if _is_inside(changes) and before.get("lods") == LEVELS:
+        replaced.add("lods")
+    kept = {name: value for name, value in before.items() if name not in replaced}
+    return {**kept, **changes}
 
 
 def option_tables(job_seconds: float, job_memory: float) -> Mapping[JobKind, OptionTable]:
@@ -61,11 +81,16 @@ def _here(field: OptionField, job_seconds: float, job_memory: float) -> OptionFi
 
 
 def _simplify_options(chosen: dict[str, Any]) -> dict[str, Any]:
-    inside = chosen.get("conservative", False) or chosen.get("shrink", 0.0) > 0.0
-    inside = inside or chosen.get("overhang") == 0.0
-    if not inside and chosen.get("error_bounds") is None and chosen.get("lods") is None:
+    if not _is_inside(chosen) and chosen.get("error_bounds") is None and chosen.get("lods") is None:
         chosen = {**chosen, "lods": LEVELS}
     return _resolver(SimplifyOptions)(chosen)
+
+
+def _is_inside(chosen: Mapping[str, Any]) -> bool:
+    """Whether an occluder has to keep wholly inside, and so has no levels of detail."""
+    shrink = chosen.get("shrink")
+    shrunk = isinstance(shrink, (int, float)) and shrink > 0.0
+    return chosen.get("conservative") is True or shrunk or chosen.get("overhang") == 0.0
 
 
 def _resolver(options: type[OptionSet]) -> Resolve:

@@ -157,6 +157,40 @@ def test_a_key_that_gave_a_job_gives_it_again_though_the_queue_is_full(tmp_path)
         assert again.json()["id"] == first.json()["id"]
 
 
+@pytest.mark.parametrize(
+    ("query", "changes", "kept"),
+    [
+        ("", {"error_bounds": [0.05, 0.1]}, {"lods": None, "error_bounds": [0.05, 0.1]}),
+        ("error_bounds=0.05,0.1", {"lods": 2}, {"lods": 2, "error_bounds": None}),
+        ("error_bounds=0.05,0.1", {"error_bounds": None}, {"lods": 3, "error_bounds": None}),
+        ("error_bounds=0.05,0.1", {"resolution": 32}, {"lods": 3, "error_bounds": None}),
+        ("resolution=32", {"error_share": 0.1}, {"resolution": None, "lods": 3}),
+        ("time_limit=5", {"moves": 9}, {"time_limit": None, "moves": 9}),
+        ("", {"conservative": True}, {"lods": None}),
+        ("", {"shrink": 0.5}, {"lods": None}),
+    ],
+)
+def test_an_option_that_is_given_replaces_its_rivals(service, query, changes, kept):
+    job_id = service.done(f"/v1/occluders?filename=a.obj&budget=5&{query}")
+    answer = service.http.post(f"/v1/jobs/{job_id}/rerun", json={"options": changes})
+    assert answer.status_code == 202, answer.text
+    options = answer.json()["options"]
+    assert {name: options[name] for name in kept} == kept
+    assert options["budget"] == 5
+    service.http.post(f"/v1/jobs/{answer.json()['id']}/cancel")
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [{"lods": 2, "error_bounds": [0.1]}, {"lods": 3, "conservative": True},
+     {"conservative": True}, {"shrink": "x"}],
+)  # fmt: skip
+def test_what_cannot_go_together_is_refused_where_both_were_asked_for(service, changes):
+    job_id = service.done("/v1/occluders?filename=a.obj&lods=2")
+    answer = service.http.post(f"/v1/jobs/{job_id}/rerun", json={"options": changes})
+    problem(answer, 422, "invalid-options")
+
+
 def test_a_job_is_run_again_with_other_options_and_the_same_input(service):
     job_id = service.done("/v1/occluders?filename=a.obj&budget=5&preset=draft&asset=rerun")
     place = f"/v1/jobs/{job_id}/rerun"

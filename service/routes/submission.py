@@ -227,11 +227,14 @@ def read_form(request: Request, parts: Mapping[str, str], table: OptionTable) ->
 
     Raises :class:`~service.errors.InvalidOptionsError` that names each wrong field.
     """
-    asked = [pair for pair in request.query_params.multi_items() if pair[0] != _FOR_UPLOADS]
+    asked = request.query_params.multi_items()
+    filenames = sum(name == _FOR_UPLOADS for name, _ in asked)
+    asked = [pair for pair in asked if pair[0] != _FOR_UPLOADS]
     options = table.from_query(pair for pair in asked if pair[0] not in _LABELS)
     more = table.from_json(parts["options"]) if parts.get("options") else {}
     labels = [pair for pair in (*asked, *parts.items()) if pair[0] in _LABELS]
     both = [name for name in options if name in more]
+    both += [_FOR_UPLOADS] if filenames > 1 else []
     both += [name for name in _LABELS if sum(one == name for one, _ in labels) > 1]
     faults = [FieldError(name, "it is given twice", "give it once") for name in both]
     said = dict(labels)

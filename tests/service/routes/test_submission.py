@@ -197,6 +197,7 @@ def test_every_wrong_option_is_told_at_once(service):
         ("error_bounds=1,1", "error_bounds", "given twice"),
         ("asset=", "asset", "characters"),
         ("asset=a&asset=b", "asset", "given twice"),
+        ("filename=b.obj", "filename", "given twice"),
         ("webhook=http://private", "webhook", "private"),
         ("alpha=nan", "alpha", "out of range"),
         ("seed=" + "9" * 5000, "seed", "whole number"),

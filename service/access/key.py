@@ -143,6 +143,8 @@ def key_name(text: str) -> str:
         raise ValueError(
             f"a name has at most {LONGEST_NAME} characters, and none that cannot be printed"
         )
+    if text.isspace():
+        raise ValueError("nothing of it can be seen")
     return text
 
 

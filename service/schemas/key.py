@@ -11,7 +11,7 @@ from service.access.key import LONGEST_NAME, LONGEST_OVERLAP, ApiKey, Scope, key
 from service.journal import Action, Entry
 from service.schemas.job import Moment, moment, moment_or_none
 
-Name = Annotated[str, Field(max_length=LONGEST_NAME), AfterValidator(key_name)]
+Name = Annotated[str, Field(min_length=1, max_length=LONGEST_NAME), AfterValidator(key_name)]
 
 
 class KeyBody(BaseModel):
@@ -73,7 +73,11 @@ class WantedKey(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    name: Name = Field("", description="What it is for, for people.", examples=["build farm"])
+    name: Name = Field(
+        default_factory=str,
+        description="What it is for, for people; left out, it has no name.",
+        examples=["build farm"],
+    )
     scope: Scope = Field(Scope.WRITE, description="What it is to allow.")
     expires: Moment | None = Field(None, description="When it ends by itself; null for never.")
 

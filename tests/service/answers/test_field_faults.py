@@ -102,6 +102,8 @@ def test_of_a_query(service, address, field, detail, remedy):
             "POST keys", {"name": "a\nb"}, "name",
             "a name has at most 100 characters, and none that cannot be printed", "choose another",
         ),
+        ("POST keys", {"name": ""}, "name", "it has 0 characters", "give 1 to 100 characters"),
+        ("POST keys", {"name": " "}, "name", "nothing of it can be seen", "choose another"),
         (
             "POST keys", {"expires": 5}, "expires", "5 is no time with an offset from UTC", TIME,
         ),

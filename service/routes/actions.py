@@ -36,8 +36,9 @@ def retry(services: Services, caller: Caller, job_id: str) -> Job:
     """Do a job once more that failed or was cancelled; conflicts for any other."""
     job = services.jobs.job(caller.tenant, job_id)
     if job.state not in (JobState.FAILED, JobState.CANCELLED):
+        now = "has succeeded" if job.state is JobState.SUCCEEDED else f"is {job.state}"
         raise ConflictError(
-            f"the job is {job.state}, and only failed and cancelled ones are done again",
+            f"the job {now}; only jobs that have failed or were cancelled can be retried",
             remedy="POST to its 'rerun' with other options to have another result",
         )
     return _once_more(services, job, job.kind, job.options, retry_of=job.id)

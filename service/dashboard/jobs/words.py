@@ -49,7 +49,7 @@ _STAGES = {
 }
 _FAILURES = {
     "unreadable-mesh": "The mesh cannot be read",
-    "invalid-options": "The options contradict each other",
+    "invalid-options": "The options cannot be used",
     "invalid-overrides": "The overrides cannot be used",
     "out-of-memory": "The job needed more memory than is allowed",
     "out-of-time": "The job took longer than is allowed",

@@ -97,6 +97,16 @@ def test_a_failed_job_is_done_again_with_the_same_input(service):
     problem(service.http.post(f"/v1/jobs/{new['id']}/retry"), 409, "conflict")
 
 
+def test_a_job_that_did_not_fail_is_not_retried(service):
+    only = "only jobs that have failed or were cancelled can be retried"
+    done = service.http.post(f"/v1/jobs/{service.done()}/retry")
+    assert problem(done, 409, "conflict")["detail"] == f"the job has succeeded; {only}"
+    job_id = service.queued()
+    waits = service.http.post(f"/v1/jobs/{job_id}/retry")
+    assert problem(waits, 409, "conflict")["detail"] == f"the job is queued; {only}"
+    service.http.post(f"/v1/jobs/{job_id}/cancel")
+
+
 def test_a_retry_that_is_sent_twice_is_one(service):
     job_id = service.queued(headers={"Idempotency-Key": "first"})
     service.http.post(f"/v1/jobs/{job_id}/cancel")

@@ -7,7 +7,14 @@ from dataclasses import replace
 from service.dashboard.jobs.best_so_far import polyline
 from service.dashboard.jobs.job_lines import line_of, progress_words
 from service.dashboard.jobs.live_job import state_words
-from service.dashboard.jobs.words import KINDS, STATE_CLASSES, STATES, sentence, stage_words
+from service.dashboard.jobs.words import (
+    KINDS,
+    STATE_CLASSES,
+    STATES,
+    failure_title,
+    sentence,
+    stage_words,
+)
 from service.jobs.job import Failure, Job, JobKind, JobState
 from service.jobs.progress import PREPARING, JobProgress
 from simplifier import STAGES
@@ -22,6 +29,11 @@ def test_everything_has_words() -> None:
     assert set(KINDS) == set(JobKind)
     assert set(STATES) == set(STATE_CLASSES) == set(JobState)
     assert all(stage_words(stage) != stage for stage in (*STAGES, PREPARING, "occluders", "runs"))
+
+
+def test_options_that_fail_need_not_contradict_each_other() -> None:
+    failure = Failure("invalid-options", "error bound: 1e-300 is too small", "choose more")
+    assert failure_title(failure) == "The options cannot be used"
 
 
 def test_sentences_leave_names_as_they_are() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +12,7 @@ import typer
 
 from service.cli.command import run_command
 from service.keep import Keep
+from service.schemas.job_options import LEVELS
 from simplifier import OCCLUDER_SUFFIXES, OptionError, SimplifyOptions
 from simplifier.cli.plugin import (
     Debug,
@@ -21,7 +23,11 @@ from simplifier.cli.plugin import (
 )
 
 _OF_SERVER = {"slicer", "device"}
-_FIELDS = tuple(one for one in SimplifyOptions.fields() if one.name not in _OF_SERVER)
+_FIELDS = tuple(
+    replace(one, absent=str(LEVELS)) if one.name == "lods" else one
+    for one in SimplifyOptions.fields()
+    if one.name not in _OF_SERVER
+)
 _DEFAULTS = {field.name: field.default for field in _FIELDS}
 
 

@@ -62,7 +62,12 @@ def refusal(response: httpx.Response) -> ClientError:
 
 
 def no_answer(server: str, error: Exception) -> ClientError:
-    """The error of a request that got no answer."""
+    """The error of a request that got no answer, or could not be sent to any server."""
+    if isinstance(error, httpx.UnsupportedProtocol):
+        where = server.rstrip("/")
+        detail = f"'{where}' is no address of a server"
+        remedy = "the address needs http:// or https://, as in http://127.0.0.1:8000"
+        return ClientError(Problem("", "The server cannot be reached", 0, detail, remedy))
     detail = f"{server} does not answer ({error or type(error).__name__})"
     remedy = "check the address and whether the service runs there"
     return ClientError(Problem("", "The server cannot be reached", 0, detail, remedy))

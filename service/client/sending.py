@@ -48,7 +48,7 @@ class Sender:
                     response.read()
             except httpx.TransportError as error:
                 lost += 1
-                if lost == _CONNECTIONS:
+                if lost == _CONNECTIONS or isinstance(error, httpx.UnsupportedProtocol):
                     raise no_answer(str(self._http.base_url), error) from error
                 self.pause(_backoff(lost))
                 continue

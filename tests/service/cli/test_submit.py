@@ -11,6 +11,7 @@ import threading
 
 import pytest
 
+from service.schemas.job_options import LEVELS
 from tests.acceptance.command import OCCLUDER, environment
 from tests.service.client.scripted import (
     Reply,
@@ -222,6 +223,19 @@ def test_a_server_that_is_not_there_is_said_so(mesh, here):
     done = here("submit", mesh("a.obj"), "--server", "http://127.0.0.1:9")
     assert done.returncode == 1
     assert "http://127.0.0.1:9 does not answer" in done.stderr
+
+
+@pytest.mark.parametrize("server", ["127.0.0.1:1", "", "localhost:8000", "ftp://127.0.0.1"])
+def test_an_address_without_http_is_said_to_be_none(mesh, here, server):
+    done = here("submit", mesh("a.obj"), "--server", server)
+    assert done.returncode == 1
+    assert f"'{server}' is no address of a server" in done.stderr
+    assert "the address needs http:// or https://" in done.stderr
+
+
+def test_the_help_says_how_many_levels_the_service_makes(here):
+    words = " ".join(here("submit", "--help").stdout.replace("│", " ").split())
+    assert f"half the triangles of the one before. [default: ({LEVELS})]" in words
 
 
 def test_ctrl_c_cancels_what_was_begun(service, mesh, declared):

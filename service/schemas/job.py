@@ -137,7 +137,10 @@ class JobBody(BaseModel):
     started: datetime | None
     ended: datetime | None
     attempt: int = Field(description="How often it was begun.")
-    attempts: int = Field(description="How often it may be.")
+    attempts: int = Field(
+        description="How often it may be: one more for each attempt that does not count, as when "
+        "the server stops."
+    )
     priority: Priority = Field(description="Its place among your own jobs.")
     keep: Keep = Field(
         description="Which files of an occluder's or an evaluation's result are stored as it ends; "

@@ -29,8 +29,8 @@ class WantedJobs(BaseModel):
 
     model_config = ConfigDict(extra="forbid")
 
-    state: list[JobState] = Field([], description="One or more states.", max_length=5)
-    kind: list[JobKind] = Field([], description="One or more kinds.", max_length=4)
+    state: list[JobState] = Field([], description="One or more states.", max_length=len(JobState))
+    kind: list[JobKind] = Field([], description="One or more kinds.", max_length=len(JobKind))
     asset: str | None = Field(None, description="Id of an asset.")
     created_from: Moment | None = Field(None, description="Not older than this.")
     created_before: Moment | None = Field(None, description="Older than this.")

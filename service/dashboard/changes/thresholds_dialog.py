@@ -12,7 +12,7 @@ from service.dashboard.names import show_name
 from service.dashboard.notices import showing_refusals, tell
 from service.dashboard.visitor import Visitor
 from service.dashboard.wording import exact_percent
-from service.jobs.asset import PROJECT, Thresholds, demanded, folders_of
+from service.jobs.asset import PROJECT, Thresholds, demanded
 
 
 @dataclass(frozen=True)
@@ -121,15 +121,3 @@ def thresholds_words(thresholds: Thresholds) -> str:
     )
     asked = [f"{name} {exact_percent(limit)}" for name, limit in pairs if limit is not None]
     return f"Thresholds: {', '.join(asked)}." if asked else "No thresholds set."
-
-
-def setters(subject: Subject) -> Mapping[str, str]:
-    """The folders that set what counts for the subject, and does not set itself, by threshold."""
-    found: dict[str, str] = {}
-    for folder in folders_of(subject.name):
-        limits = subject.folders.get(folder, Thresholds())
-        for name in ("min_recall", "min_precision", "max_overhang"):
-            unset = getattr(subject.own, name) is None
-            if unset and name not in found and getattr(limits, name) is not None:
-                found[name] = folder
-    return found

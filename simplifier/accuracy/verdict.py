@@ -119,7 +119,7 @@ def verdict_on(figures: VerdictFigures, aims: Aims | None = None) -> EngineVerdi
     if counted:
         reason = "; ".join(one.what for one in counted)
         return EngineVerdict(counted[0].word, reason, tuple(counted), remarks)
-    hidden, rightly = percent(figures.recall), percent(figures.precision, 2)
+    hidden, rightly = percent(figures.recall, 2), percent(figures.precision, 2)
     reason = (
         f"it hides {hidden} of what the mesh hides, with a precision of {rightly}, and covers"
         f" {percent_at_most(figures.overhang)} beside it"

@@ -55,7 +55,7 @@ def draw_gallery(
     count = len(occluder.faces)
     title = (
         f"{count:,} {'triangle' if count == 1 else 'triangles'}, "
-        f"recall {percent(accuracy.recall)}, precision {percent(accuracy.precision, 2)}"
+        f"recall {percent(accuracy.recall, 2)}, precision {percent(accuracy.precision, 2)}"
     )
     return Gallery(
         views,

@@ -138,11 +138,11 @@ def _tiles(report: Report) -> list[tuple[str, str, str]]:
     """The headline figures: what each is, its value and a note."""
     worst, over, front = report["worst_view"], report["overhang"], report["front"]
     return [
-        ("Recall", percent(report["recall"]), "of what could be hidden is hidden"),
+        ("Recall", percent(report["recall"], 2), "of what could be hidden is hidden"),
         ("Precision", percent(report["precision"], 2), "of what is hidden is hidden rightly"),
         (
             "Worst view",
-            percent(worst["recall"]),
+            percent(worst["recall"], 2),
             f"recall {viewpoint(worst['direction'], _up_of(report))}",
         ),
         (
@@ -158,7 +158,11 @@ def _tiles(report: Report) -> list[tuple[str, str, str]]:
             f" {percent_at_most(front['worst_view']['share'])}",
         ),
         ("Triangles", f"{report['triangles']:,}", f"from {report['input']['triangles']:,}"),
-        ("Occlusion kept", percent(report["occlusion_measure"]["ratio"]), "of the total measure"),
+        (
+            "Occlusion kept",
+            percent(report["occlusion_measure"]["ratio"], 2),
+            "of the total measure",
+        ),
         ("Error bound", length(report["error_bound"]), "units, the most that is allowed"),
         ("Deviation", length(report["deviation"]), "units, the most that was found"),
     ]
@@ -181,7 +185,7 @@ def _level_cells(level: Report, distance: str) -> tuple[str, ...]:
         str(level["level"]),
         level["verdict"]["word"],
         f"{level['triangles']:,}",
-        percent(level["recall"]),
+        percent(level["recall"], 2),
         percent(level["precision"], 2),
         percent_at_most(level["overhang"]["share"]),
         length(level["error_bound"]),
@@ -197,7 +201,7 @@ def _view_words(view: ViewPicture) -> dict[str, Any]:
         "name": view.name,
         "title": view.name.capitalize(),
         "is_worst": view.name.startswith("worst"),
-        "figures": f"recall {percent(view.recall)}, precision {percent(view.precision, 2)}",
+        "figures": f"recall {percent(view.recall, 2)}, precision {percent(view.precision, 2)}",
         "along": f"seen {view.viewpoint}",
     }
 

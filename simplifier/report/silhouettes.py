@@ -176,7 +176,7 @@ def _describe(figure: Figure, picture: ViewPicture, left: float, y: float) -> No
     colour = "#b3202a" if picture.name.startswith("worst") else "#111111"
     name = picture.name.capitalize()
     figure.text(left, y - 9, name, va="top", color=colour, fontsize=12, **_IN_PIXELS)
-    figures = f"recall {percent(picture.recall)}, precision {percent(picture.precision, 2)}"
+    figures = f"recall {percent(picture.recall, 2)}, precision {percent(picture.precision, 2)}"
     lines = f"{figures}\nseen {picture.viewpoint}"
     figure.text(
         left, y - 34, lines, va="top", color="#333333", fontsize=11, linespacing=1.35,

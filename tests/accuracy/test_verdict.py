@@ -33,7 +33,7 @@ def test_what_is_made_by_default_is_good():
     found = verdict_on(USUAL)
     assert found.is_good
     assert found.reason == (
-        "it hides 86.6 % of what the mesh hides, with a precision of 99.99 %, and covers 0.44 %"
+        "it hides 86.60 % of what the mesh hides, with a precision of 99.99 %, and covers 0.44 %"
         " beside it"
     )
     assert (found.faults, found.remarks) == ((), ())
@@ -42,7 +42,7 @@ def test_what_is_made_by_default_is_good():
 @pytest.mark.parametrize(
     ("change", "word", "says"),
     [
-        ({"recall": GOOD_RECALL}, "good", "40.0 %"),
+        ({"recall": GOOD_RECALL}, "good", "40.00 %"),
         ({"recall": 0.39}, "weak", "it hides 39.00 % of what the mesh hides (a good "),
         ({"recall": LEAST_RECALL}, "weak", "10.00 %"),
         ({"recall": 0.0155}, "unusable", "it hides 1.55 %"),
@@ -56,7 +56,7 @@ def test_what_is_made_by_default_is_good():
         ({"overhang": 0.031}, "weak", "3.10 % beside the mesh (a good occluder covers at most 3 %"),
         ({"overhang": MOST_OVERHANG}, "weak", "5.00 %"),
         ({"overhang": 0.06}, "unusable", "covers 6.00 % beside the mesh (above 5 %"),
-        ({"coverage": LEAST_COVERAGE}, "good", "86.6 %"),
+        ({"coverage": LEAST_COVERAGE}, "good", "86.60 %"),
         ({"coverage": 3.3e-6}, "weak", "fills 0.00033 % of what is looked at, so recall means li"),
         ({"coverage": 0.0, "recall": 1.0}, "unusable", "no view shows a pixel of it"),
     ],

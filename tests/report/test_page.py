@@ -167,7 +167,7 @@ def test_any_name_can_be_written(tmp_path, report, gallery, name):
 def test_all_figures_are_there(report, gallery):
     text = Reader(page_text(report, gallery, name="bunny")).text
     for figure in (
-        "bunny", "83.5 %", "99.87 %", "43.2 %", "76.5 %", "4,968", "2,503", "53", "0.05432",
+        "bunny", "83.51 %", "99.87 %", "43.21 %", "76.54 %", "4,968", "2,503", "53", "0.05432",
         "0.02345", "-1.000, 0.000, -2.000", "1.000, 3.000, 2.500", "3 non finite, 7 zero area",
         "64 x 63 x 50 voxels", "0.01235 units", "45.6 %", "ground (added 2.500 cubic units)",
         "budget 64", "ground yes", "smallest hole default", "trim gain", "9.8.7", "seed 42",
@@ -242,8 +242,8 @@ def test_levels_are_a_table_and_only_when_there_are_some(report, gallery):
     reader = Reader(page)
     assert "script" not in reader.tags
     assert "".join(reader.words).count(HOSTILE) == 3
-    assert "0 weak 1,053 83.5 % 99.87 % 1.23 % 0.05000 0.02000 64 any" in reader.text
-    assert "1 weak 8 83.5 % 99.87 % 1.23 % no promise 0.02000 64 no promise" in reader.text
+    assert "0 weak 1,053 83.51 % 99.87 % 1.23 % 0.05000 0.02000 64 any" in reader.text
+    assert "1 weak 8 83.51 % 99.87 % 1.23 % no promise 0.02000 64 no promise" in reader.text
     assert "Left out: 16 voxels:" in reader.text
     report["left_out"] = []
     assert "Left out" not in page_text(report, gallery)

@@ -26,7 +26,7 @@ from simplifier.voxel.sight import fill_unseen
 from simplifier.voxel.voxelize import voxelize
 
 TOLERANCES = (0.0, 0.02, 0.05, 0.1, 0.2)
-RESOLUTIONS = (64, 128, 256)
+RESOLUTIONS = (64, 128, 256, 512)
 
 
 def worth(mesh: TriangleMesh, tolerance: float | None) -> str:

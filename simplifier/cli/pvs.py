@@ -388,11 +388,12 @@ def pvs_check(
                 f" {', '.join(f'{value:.6g}' for value in leak.viewpoint)}"
             )
         asked = min(cells, len(held.computed))
-        if len(found.rows) < asked:
+        broken_off = len(found.rows) < asked
+        if broken_off:
             print_line(f"error: interrupted after {len(found.rows):,} of {asked:,} cells")
         if found.leaks:
             raise typer.Exit(1)
-        if len(found.rows) < asked:  # whoever asks for the status is not to take it for a pass
+        if broken_off:  # whoever asks for the status is not to take it for a pass
             raise typer.Exit(INTERRUPTED)
 
     run_guarded(run, debug=debug, quiet=quiet)

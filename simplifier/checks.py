@@ -167,13 +167,16 @@ def settle_numbers(options: object) -> None:
     """
     for one in fields(options):  # type: ignore[arg-type]
         value = getattr(options, one.name)
-        plain = tuple(map(_plain, value)) if isinstance(value, tuple) else _plain(value)
+        # A list would be kept, and changed or hashed in vain.
+        plain = tuple(map(_plain, value)) if isinstance(value, (tuple, list)) else _plain(value)
         object.__setattr__(options, one.name, plain)
 
 
 def _plain(value: object) -> object:
     if isinstance(value, bool):
         return value
+    if type(value).__name__ in ("bool", "bool_") and type(value).__module__ == "numpy":
+        return bool(value)
     if isinstance(value, Integral):
         return int(value)
     try:

@@ -182,7 +182,7 @@ class Stopwatch:
     def check(self) -> None:
         """Raise :class:`~simplifier.errors.CancelledError` when the caller asked to end."""
         if self.cancelled:
-            raise CancelledError("cancelled before there was an occluder")
+            raise CancelledError("cancelled before there was a result")
 
     def steps(self, name: str) -> TellShare:
         """What a stage tells its share to: it reports each growth, and raises as ``check``."""

@@ -403,7 +403,7 @@ class Cancelling(Diary):
 @pytest.mark.parametrize("stage", RUN[:-1])
 def test_a_cancel_before_there_is_an_occluder(stage):
     diary = Cancelling(stage)
-    with pytest.raises(CancelledError, match="before there was an occluder"):
+    with pytest.raises(CancelledError, match="before there was a result"):
         run(sphere(rings=6), diary, diary.asked, resolution=10, preset="draft")
     assert diary.begun[-1] == stage or stage == "loops"  # which has no place to look
 

@@ -28,7 +28,7 @@ ACROSS = 512
 _LARGEST = 2048  # pixels a side of a picture, of an occluder that is much larger than its original
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Overhang(ViewShares):
     """How far and how much an occluder sticks out.
 

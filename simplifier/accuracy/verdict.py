@@ -105,6 +105,9 @@ class EngineVerdict:
     faults: tuple[Fault, ...] = ()
     remarks: tuple[str, ...] = ()
 
+    def __str__(self) -> str:
+        return f"{self.word}: {self.reason}"
+
     @property
     def is_good(self) -> bool:
         """Whether there is nothing to do about it."""

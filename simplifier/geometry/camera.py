@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -62,6 +63,17 @@ class Camera:
     fov: float
     near: float
 
+    def __post_init__(self) -> None:
+        check_positive("near", self.near)
+        _check_fov(self.fov)
+        object.__setattr__(self, "position", vector("position", self.position))
+        axes = np.stack([vector("axes", row) for row in _rows(self.axes)])
+        if not np.allclose(axes @ axes.T, np.eye(3), atol=_SQUARE):
+            raise OptionError(
+                "the rows are not orthonormal", where="axes", remedy="make them by Camera.looking"
+            )
+        object.__setattr__(self, "axes", axes)
+
     @classmethod
     def looking(
         cls, position: FloatArray, forward: FloatArray, up: FloatArray, fov: float, near: float
@@ -71,12 +83,10 @@ class Camera:
         Raises :class:`~simplifier.errors.OptionError` for what is no view: a vector of length 0,
         two that are parallel, a ``fov`` or ``near`` out of range.
         """
-        check_positive("near", near)
-        _check_fov(fov)
         ahead = _unit(vector("forward", forward), "forward")
         right = _unit(np.cross(ahead, _unit(vector("up", up), "up")), "up")
         axes = np.stack([right, np.cross(right, ahead), ahead])
-        return cls(vector("position", position), axes, fov, near)
+        return cls(position, axes, fov, near)
 
 
 def _unit(vector: FloatArray, name: str) -> FloatArray:
@@ -88,6 +98,18 @@ def _unit(vector: FloatArray, name: str) -> FloatArray:
             remedy="give vectors with a length, which are not parallel",
         )
     return np.asarray(vector / length)
+
+
+_SQUARE = 1e-6  # of a product of two rows: what numbers of a file are rounded by
+
+
+def _rows(axes: Any) -> list[Any]:
+    rows = list(axes) if isinstance(axes, (list, tuple, np.ndarray)) else []
+    if len(rows) != 3:
+        raise OptionError(
+            f"{value_text(axes)} is no matrix of three rows", where="axes", remedy="give (3, 3)"
+        )
+    return rows
 
 
 def _check_fov(fov: float) -> None:

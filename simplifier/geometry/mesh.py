@@ -18,8 +18,10 @@ from simplifier.errors import EmptyMeshError
 from simplifier.geometry.arrays import (
     check_arrays,
     face_array,
+    freeze,
     vertex_array,
 )
+from simplifier.wording import count
 
 FURTHEST = 2.0**24
 """Usual reaches.  A float32 that far out has no digit left for a length of the usual reach, so no
@@ -126,9 +128,9 @@ class DroppedTriangles:
     def __str__(self) -> str:
         """For messages: "3 not finite (the first is triangle 12), 1 without area (…)"."""
         parts = []
-        for reason, count in self.counts.items():
+        for reason, dropped in self.counts.items():
             place = f" (the first is triangle {self.first[reason]})" if reason in self.first else ""
-            parts += [f"{count} {_REASONS[reason]}{place}"] if count else []
+            parts += [f"{dropped} {_REASONS[reason]}{place}"] if dropped else []
         return ", ".join(parts)
 
 
@@ -175,6 +177,14 @@ class TriangleMesh:
 
     def __post_init__(self) -> None:
         check_arrays(self.vertices, self.faces, "build the mesh by TriangleMesh.from_soup")
+
+    def __setstate__(self, state: Mapping[str, object]) -> None:
+        self.__dict__.update(state)
+        freeze(self.vertices, self.faces)
+
+    def __repr__(self) -> str:
+        triangles, vertices = count(len(self.faces), "triangle"), f"{len(self.vertices):,} vertices"
+        return f"<TriangleMesh: {triangles}, {vertices}>"
 
     @classmethod
     def from_soup(cls, vertices: ArrayLike, faces: ArrayLike, *, where: str = "") -> TriangleMesh:

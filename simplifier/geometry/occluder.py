@@ -5,14 +5,17 @@ LodChain: occluders of one object from fine to coarse, each with its own error b
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from simplifier.geometry.arrays import check_arrays
+from simplifier.checks import check_kind, check_positive, check_whole, check_within
+from simplifier.geometry.arrays import check_arrays, freeze
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.mesh import FloatArray, IntArray, have_area
+from simplifier.wording import count
 
 AN_OCCLUDER = "what simplifier.simplify or simplifier.load_occluder returns"
 """What to hand over where an occluder is asked for."""
@@ -61,6 +64,14 @@ class Occluder:
 
     def __post_init__(self) -> None:
         check_arrays(self.vertices, self.faces, "pass arrays as simplifier.Occluder states them")
+
+    def __setstate__(self, state: Mapping[str, object]) -> None:
+        self.__dict__.update(state)
+        freeze(self.vertices, self.faces)
+
+    def __repr__(self) -> str:
+        bound = f", error bound {self.error_bound:.4g}" if self.error_bound < math.inf else ""
+        return f"<Occluder: {count(len(self.faces), 'triangle')}{bound}>"
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,19 +126,33 @@ class LodChain:
     pixel_error: float = 1.0
     left_out: tuple[LeftOut, ...] = ()
 
+    def __repr__(self) -> str:
+        triangles = ", ".join(f"{level.triangles:,}" for level in self.levels)
+        return f"<LodChain: {count(len(self.levels), 'level')} with {triangles} triangles>"
+
     def switch_distance(
         self, index: int, lens: Lens | None = None, pixels: float | None = None
     ) -> float:
         """The least distance from which the error of a level stays within the pixels.
 
-        By the promised error bound, not by the measured deviation.
+        By the promised error bound, not by the measured deviation.  Raises
+        :class:`~simplifier.errors.OptionError` for no such level, no lens, and pixels that are not
+        above 0.
         """
+        check_whole("index", index, 0, len(self.levels) - 1)
         chosen = self.lens if lens is None else lens
         error = self.pixel_error if pixels is None else pixels
+        check_kind("lens", chosen, Lens, "a simplifier.Lens")
+        check_positive("pixels", error)
         return chosen.distance(self.levels[index].error_bound, error)
 
     def at(self, distance: float, lens: Lens | None = None, pixels: float | None = None) -> Level:
-        """The coarsest level whose error stays within the pixels there, else the finest."""
+        """The coarsest level whose error stays within the pixels there, else the finest.
+
+        Raises :class:`~simplifier.errors.OptionError` for no distance, and as
+        :meth:`switch_distance`.
+        """
+        check_within("distance", distance, 0.0, math.inf)
         for index in range(len(self.levels) - 1, 0, -1):
             if self.switch_distance(index, lens, pixels) <= distance:
                 return self.levels[index]

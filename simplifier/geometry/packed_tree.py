@@ -102,6 +102,10 @@ class PackedTree:
     worth: NDArray[np.float32] | None
     about: Mapping[str, Any]
 
+    def __repr__(self) -> str:
+        held = f"{len(self.objects):,} objects, {len(self.nodes):,} nodes"
+        return f"<PackedTree: {held}, {len(self.meshes):,} occluders>"
+
     @property
     def boxes(self) -> FloatArray:
         """(k, 2, 3) lowest and highest corner of each node's box, world units."""

@@ -15,6 +15,7 @@ from simplifier.geometry.scene import axis_order
 from simplifier.geometry.solid import BoolArray
 from simplifier.geometry.view_cells import ViewCells
 from simplifier.options.simplify import Axis
+from simplifier.wording import count
 
 UNKNOWN = -1
 """In place of a row: the cell is not computed, and everything counts as visible from it."""
@@ -248,6 +249,10 @@ class Pvs:
     settings: bytes
     slices: Slices | None = None
     altitudes: Altitudes | None = None
+
+    def __repr__(self) -> str:
+        cells, objects = count(len(self.cells), "cell"), count(len(self.names), "object")
+        return f"<Pvs: {cells}, {objects}, by {self.method}>"
 
     @property
     def computed(self) -> NDArray[np.int64]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from simplifier.errors import printable
 from simplifier.geometry.mesh import FloatArray, IntArray, TriangleMesh
 from simplifier.options.simplify import Axis
+from simplifier.wording import count
 
 _BATCH = 1 << 20  # points transformed at once
 _MANY_POINTS = 1 << 25  # are transformed in the time in which what finds hulls is loaded
@@ -42,6 +43,9 @@ class Scene:
     def of(cls, mesh: TriangleMesh) -> Scene:
         """A mesh as the only object, where it is."""
         return cls((mesh,), ("mesh",), np.zeros(1, dtype=np.int32), np.eye(4)[None])
+
+    def __repr__(self) -> str:
+        return f"<Scene: {count(len(self.names), 'object')} of {len(self.meshes):,} meshes>"
 
     def __post_init__(self) -> None:
         self.mesh_of.setflags(write=False)

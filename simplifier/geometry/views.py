@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 
 from simplifier.geometry.mesh import FloatArray, TriangleMesh
+from simplifier.wording import count
 
 FRONT_DEPTH = 0.01
 """Of the bounding sphere's diameter: what stands less far before a surface is as good as on it."""
@@ -103,6 +104,10 @@ class ViewShares:
 
     by_view: FloatArray
     directions: FloatArray
+
+    def __repr__(self) -> str:
+        views = count(len(self.by_view), "view")
+        return f"<{type(self).__name__}: mean {self.mean:.4g}, worst {self.worst:.4g} of {views}>"
 
     @property
     def mean(self) -> float:

@@ -16,6 +16,7 @@ from simplifier.geometry.occluder import Occluder
 from simplifier.geometry.scene import Scene, scales
 from simplifier.hierarchy.tree import Tree
 from simplifier.options.scene import SceneOptions
+from simplifier.wording import count
 
 LEVELS = ("far", "near")
 """A node's occluders: with an error that shows from near by; narrow, for leaves alone."""
@@ -96,6 +97,13 @@ class OccluderTree(NodeTree):
 
     occluders: tuple[Occluder, ...]
     radii: FloatArray
+
+    def __repr__(self) -> str:
+        nodes, occluders = (
+            count(len(self.occluder_of), "node"),
+            count(len(self.occluders), "occluder"),
+        )
+        return f"<OccluderTree: {count(len(self.objects), 'object')}, {nodes}, {occluders}>"
 
     def _known(self) -> tuple[FloatArray, FloatArray]:
         bounds = np.array([occluder.error_bound for occluder in self.occluders], dtype=np.float64)

@@ -43,6 +43,9 @@ class EvaluateResult:
     timings: Mapping[str, float]
     overrides: Overrides = NO_OVERRIDES
 
+    def __repr__(self) -> str:
+        return f"<EvaluateResult: {self.verdict}>"
+
     @property
     def precision(self) -> float:
         """Share of what the occluder hides that the mesh hides too, over all views."""

@@ -8,13 +8,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from simplifier.accuracy.accuracy import AccuracyOptions, AccuracyReport, evaluate_accuracies
 from simplifier.accuracy.deviation import deviation_from_solid
 from simplifier.accuracy.front import measure_front
 from simplifier.accuracy.overhang import Overhang, measure_overhangs
 from simplifier.accuracy.verdict import Aim, Aims, EngineVerdict, verdict_on
+from simplifier.checks import as_path, check_kind, check_one_of
 from simplifier.device.choice import open_device
 from simplifier.device.remembering import remembering
 from simplifier.geometry.camera import Lens
@@ -43,6 +44,7 @@ from simplifier.report.report import (
 )
 from simplifier.wording import percent_at_most
 
+_A_STYLE = "none, but sides and quads to simplifier.save"
 _DEFAULT_OVERHANG = {one.name: one.default for one in SimplifyOptions.fields()}["overhang"]
 
 
@@ -90,21 +92,28 @@ class SimplifyResult:
 
         Raises :class:`~simplifier.errors.OutputError`.
         """
+        check_kind("style", style, Style, _A_STYLE)
         if isinstance(self.made, Levels):
             return save_lods(self.made.chain, path, style)
         save_occluder(self.made.occluder, path, style)
         return (Path(path),)
 
     def save_with_original(
-        self, original: Path, path: Path, how: Embedding, style: Style = PLAIN
+        self, original: str | Path, path: str | Path, how: Embedding, style: Style = PLAIN
     ) -> tuple[Path, ...]:
         """Write a GLB of the file that the mesh was read from, the occluder (the finest) in it.
 
-        Raises :class:`~simplifier.errors.OutputError` and
+        Raises :class:`~simplifier.errors.OptionError`, :class:`~simplifier.errors.OutputError` and
         :class:`~simplifier.errors.UnreadableMeshError`.
         """
+        original, path = as_path("original", original), as_path("path", path)
+        check_one_of("how", how, get_args(Embedding))
+        check_kind("style", style, Style, _A_STYLE)
         save_with_original(original, self.mesh, self.occluder, path, how, style)
         return (path,)
+
+    def __repr__(self) -> str:
+        return f"<SimplifyResult: {self.chain or self.occluder}>"
 
     def measure(self, listener: Listener | None = None) -> MeasuredResult:
         """Precision, recall, overhang and a verdict, of every level."""
@@ -159,6 +168,9 @@ class MeasuredResult:
     verdicts: tuple[EngineVerdict, ...]
     seconds: float
     remarks: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<MeasuredResult: {self.verdict}>"
 
     @property
     def mesh(self) -> TriangleMesh:

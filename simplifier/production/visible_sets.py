@@ -34,6 +34,9 @@ class VisibleSets:
     found: Found
     warnings: tuple[str, ...]
 
+    def __repr__(self) -> str:
+        return f"<VisibleSets: {self.pvs}>"
+
     @property
     def pvs(self) -> Pvs:
         return self.found.pvs

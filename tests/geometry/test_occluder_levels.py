@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from simplifier.errors import OptionError
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.occluder import Level, LodChain, Occluder
 
@@ -58,3 +59,26 @@ def test_the_coarsest_within_the_pixels(bounds, distance, pixels, rows, fov):
     assert made.at(distance, lens, pixels) is (good[-1] if good else made.levels[0])
     for level in good:  # and so they are: a length at a distance, in pixels
         assert level.error_bound * lens.focal <= pixels * distance * (1.0 + 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named", "name"),
+    [
+        ((100.0,), {"pixels": -1.0}, "pixels"),
+        ((100.0,), {"pixels": 0}, "pixels"),
+        ((math.nan,), {}, "distance"),
+        ((-5.0,), {}, "distance"),
+        (("x",), {}, "distance"),
+        ((100.0, 60), {}, "lens"),
+    ],
+)
+def test_what_is_no_distance_no_lens_and_no_error_is_refused(arguments, named, name):
+    """A level came back for an error of minus one pixel."""
+    with pytest.raises(OptionError, match=f"^{name}: "):
+        chain(0.01, 0.1).at(*arguments, **named)
+
+
+@pytest.mark.parametrize("index", [-1, 2, 99, 0.5])
+def test_a_level_that_is_not_there_has_no_distance(index):
+    with pytest.raises(OptionError, match=r"^index: "):
+        chain(0.01, 0.1).switch_distance(index)

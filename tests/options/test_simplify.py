@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -75,3 +76,10 @@ def test_any_json_is_taken_or_refused(chosen):
     except OptionError:
         return
     assert SimplifyOptions.of(json.loads(json.dumps(asdict(options)))) == options
+
+
+def test_lists_are_tuples_and_numpy_s_truth_is_python_s():
+    options = SimplifyOptions(error_bounds=[0.1, np.float64(0.2)], ground=np.True_)
+    assert options == SimplifyOptions(error_bounds=(0.1, 0.2), ground=True)
+    assert hash(options) == hash(SimplifyOptions(error_bounds=(0.1, 0.2), ground=True))
+    assert type(options.ground) is bool

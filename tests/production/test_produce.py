@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import threading
 
+import numpy as np
 import pytest
 
 import simplifier
-from simplifier import CancelledError, SimplifyOptions
+from simplifier import CancelledError, OptionError, SimplifyOptions
 from simplifier.accuracy.overhang import measure_overhang
 from simplifier.wording import percent_at_most
 from tests.schema import check_report
@@ -138,3 +141,43 @@ def test_what_is_made_can_be_saved_before_it_is_judged(tmp_path):
     made.save(tmp_path / "box.glb")
     again = made.measure()
     assert len(simplifier.load(tmp_path / "box.glb").faces) == again.levels[0].triangles
+
+
+def test_results_are_told_in_a_line_each():
+    """A notebook shows what an expression gives: it was a hundred thousand digits."""
+    mesh = box()
+    quick = {"preset": "draft", "resolution": 16, "views": 4, "image": 32}
+    made = simplifier.simplify(mesh, **quick)
+    measured, levels = made.measure(), simplifier.simplify(mesh, lods=2, **quick)
+    judged = simplifier.evaluate(mesh, made.occluder, views=4, image=32)
+    assert repr(mesh) == "<TriangleMesh: 12 triangles, 8 vertices>"
+    assert repr(made).startswith("<SimplifyResult: <Occluder: 12 triangles, error bound ")
+    assert repr(measured) == f"<MeasuredResult: good: {measured.verdict.reason}>"
+    assert repr(judged) == f"<EvaluateResult: good: {judged.verdict.reason}>"
+    assert repr(levels).startswith("<SimplifyResult: <LodChain: 1 level with 12 triangles>")
+    assert repr(measured.overhang).startswith("<Overhang: mean ")
+    assert all(len(repr(one)) < 200 for one in (mesh, made, measured, judged, levels))
+
+
+@pytest.mark.parametrize("again", [copy.deepcopy, lambda one: pickle.loads(pickle.dumps(one))])
+def test_copies_are_read_only_too(again):
+    mesh = box()
+    for one in (mesh, simplifier.Occluder(mesh.vertices, mesh.faces)):
+        copied = again(one)
+        assert np.array_equal(copied.vertices, one.vertices)
+        assert not copied.vertices.flags.writeable
+        assert not copied.faces.flags.writeable
+
+
+def test_how_to_hold_the_original_is_one_of_two(tmp_path):
+    """What was not known was written as levels of detail."""
+    made = simplifier.simplify(box(), preset="draft", resolution=8)
+    simplifier.save(made, tmp_path / "a.glb")
+    places = str(tmp_path / "a.glb"), str(tmp_path / "b.glb")
+    for how in ("foo", "GODOT", None):
+        with pytest.raises(OptionError, match=r"how: .* is not known; choose one of godot, lod"):
+            made.save_with_original(*places, how)
+    with pytest.raises(OptionError, match=r"sides and quads to simplifier\.save"):
+        made.save(tmp_path / "c.glb", "single")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.glb"]
+    assert made.save_with_original(*places, "godot") == (tmp_path / "b.glb",)

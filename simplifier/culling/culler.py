@@ -6,11 +6,13 @@ compiled.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simplifier.checks import check_kind, check_whole, check_within
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict, in_frustum
 from simplifier.geometry.camera import Camera, Lens
 from simplifier.geometry.mesh import FloatArray, IntArray
@@ -23,6 +25,7 @@ from simplifier.io.occs_file import encode_occs
 from simplifier.kernels.native import NativeTree, address
 
 _ALL = 0xFFFFFFFF  # in place of a budget
+_A_TREE = "what simplify_scene, load_occluder_tree or load_packed_tree returns"
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +70,15 @@ class Culler:
 
         ``most_triangles``  a frame; what hides most of the screen is drawn first then.
 
-        Raises :class:`~simplifier.errors.OutputError` where the scene does not fit float32.
+        Raises :class:`~simplifier.errors.OutputError` where the scene does not fit float32, and
+        :class:`~simplifier.errors.OptionError` for arguments of another kind or out of range.
         """
+        check_kind("tree", tree, OccluderTree | PackedTree, _A_TREE)
+        check_kind("buffer", buffer, DepthBuffer, "a simplifier.DepthBuffer")
+        if pixel_error is not None:
+            check_within("pixel_error", pixel_error, 0.0, math.inf)
+        if most_triangles is not None:
+            check_whole("most_triangles", most_triangles, 0, _ALL)
         self.packed = tree if isinstance(tree, PackedTree) else pack_tree(tree)
         self.buffer = buffer
         self.pixel_error = self.packed.pixel_error if pixel_error is None else pixel_error
@@ -86,7 +96,9 @@ class Culler:
         """Draw the cut from near to far, leaving out what is hidden by then, and test all parts.
 
         Hidden nodes are not opened, in either pass: what hides their box hides all that is in it.
+        Raises :class:`~simplifier.errors.OptionError` for what is no camera.
         """
+        check_kind("camera", camera, Camera, "a simplifier.Camera")
         self.buffer.clear()
         if self.buffer.native is not None:
             return self._cull_by_header(camera)

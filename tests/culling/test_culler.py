@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from simplifier.culling.culler import Culler
 from simplifier.culling.depth_buffer import DepthBuffer, Verdict
+from simplifier.errors import OptionError
 from simplifier.geometry.camera import Camera
 from simplifier.geometry.occluder import Occluder
 from simplifier.hierarchy.occluder_tree import NEAR, OccluderTree
@@ -153,3 +154,25 @@ def test_what_is_worth_nothing_is_drawn_without_a_budget_alone(worth):
             culler = Culler(packed, DepthBuffer(45, 80), most_triangles=most)
             culler.buffer.native = native
             assert len(culler.cull(looking()).drawn) == drawn
+
+
+@pytest.mark.parametrize(
+    ("changes", "name"),
+    [
+        ({"tree": None}, "tree"),
+        ({"buffer": None}, "buffer"),
+        ({"pixel_error": -1.0}, "pixel_error"),
+        ({"pixel_error": np.nan}, "pixel_error"),
+        ({"pixel_error": "x"}, "pixel_error"),
+        ({"most_triangles": -5}, "most_triangles"),
+        ({"most_triangles": 2.5}, "most_triangles"),
+    ],
+)
+def test_what_cannot_be_culled_by_is_refused(changes, name):
+    """Some of it culled in silence, and the rest failed far below."""
+    given = {"tree": tree_of(street(), {"wall": exact(WALL)}), "buffer": DepthBuffer(18, 32)}
+    with pytest.raises(OptionError, match=rf"^{name}: "):
+        Culler(**{**given, **changes})
+    for camera in (None, (0, 0, 0)):
+        with pytest.raises(OptionError, match=r"^camera: "):
+            Culler(**given).cull(camera)

@@ -93,12 +93,6 @@ def vector(name: str, value: ArrayLike) -> NDArray[np.float64]:
     return numbers
 
 
-def freeze(*arrays: NDArray[Any]) -> None:
-    """Make arrays read-only, as copies and pickles do not leave them."""
-    for array in arrays:
-        array.setflags(write=False)
-
-
 def check_arrays(vertices: object, faces: object, remedy: str) -> None:
     """Refuse what are not (n, 3) float64 and (m, 3) int32, and make both read-only.
 

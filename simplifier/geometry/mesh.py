@@ -18,7 +18,6 @@ from simplifier.errors import EmptyMeshError
 from simplifier.geometry.arrays import (
     check_arrays,
     face_array,
-    freeze,
     vertex_array,
 )
 from simplifier.wording import count
@@ -180,7 +179,7 @@ class TriangleMesh:
 
     def __setstate__(self, state: Mapping[str, object]) -> None:
         self.__dict__.update(state)
-        freeze(self.vertices, self.faces)
+        self.__post_init__()  # copies and pickles are not read-only
 
     def __repr__(self) -> str:
         triangles, vertices = count(len(self.faces), "triangle"), f"{len(self.vertices):,} vertices"

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from simplifier.checks import check_kind, check_positive, check_whole, check_within
-from simplifier.geometry.arrays import check_arrays, freeze
+from simplifier.geometry.arrays import check_arrays
 from simplifier.geometry.camera import Lens
 from simplifier.geometry.mesh import FloatArray, IntArray, have_area
 from simplifier.wording import count
@@ -67,7 +67,7 @@ class Occluder:
 
     def __setstate__(self, state: Mapping[str, object]) -> None:
         self.__dict__.update(state)
-        freeze(self.vertices, self.faces)
+        self.__post_init__()  # copies and pickles are not read-only
 
     def __repr__(self) -> str:
         bound = f", error bound {self.error_bound:.4g}" if self.error_bound < math.inf else ""
